@@ -3,13 +3,13 @@
 use crate::Call;
 use crate::cancel::GoOn;
 use crate::error::Error;
-use crate::expected::{Expected, Strangers};
+use crate::expected::Expected;
 use crate::find::{Finder, Found, InstanceEntry, QuerySpec};
 use crate::inbox::Inbox;
 use crate::made::Made;
 use crate::node::Title;
-use crate::retrieve::{Part, Retrieval};
-use crate::send::pause;
+use crate::patience::{patiently, pause};
+use crate::retrieve::{FetchInfo, Part, Retrieval};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::path::Path;
@@ -31,32 +31,6 @@ pub enum Way {
         /// The port to listen on.
         port: u16,
     },
-}
-
-/// What has arrived.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct FetchInfo {
-    /// Study Instance UID.
-    pub study: String,
-    /// Instances that arrived in this call.
-    pub received: usize,
-    /// Instances that were in the folder before.
-    pub known: usize,
-    /// Bytes of the data sets that arrived.
-    pub bytes: u64,
-    /// SOP Instance UIDs that the archive lists and that did not arrive.
-    pub missing: Vec<String>,
-    /// What the archive sent in their place and belongs to another patient, study, series or date.
-    pub strangers: Vec<Strangers>,
-    /// Associations that were opened to retrieve, not counting those for queries.
-    pub associations: usize,
-    /// What was not kept, and other things one has to know.
-    #[serde(serialize_with = "crate::texts")]
-    pub warnings: Vec<Warning>,
-    /// Why the rest did not arrive, when some are missing for a reason that may pass.
-    pub broken: Option<String>,
-    /// Why the rest did not arrive, when trying again will not help.
-    pub failed: Option<String>,
 }
 
 /// Retrieves what is meant and not yet in the folder `out`, each instance in a file of its own.
@@ -147,22 +121,6 @@ fn because(error: Error, problems: &[Warning]) -> Error {
             Error::Failed { node, what, status: format!("{status}; here: {problem}"), transient }
         }
         (error, _) => error,
-    }
-}
-
-/// Tries again what failed for a reason that may pass: a query.
-pub(crate) fn patiently<T>(
-    call: &Call,
-    go_on: GoOn<'_>,
-    mut work: impl FnMut() -> Result<T, Error>,
-) -> Result<T, Error> {
-    let mut vain = 0;
-    loop {
-        match work() {
-            Err(error) if error.of_the_peer() && vain < call.retries => vain += 1,
-            outcome => return outcome.map_err(|error| error.in_vain(call, "answer a query")),
-        }
-        pause(vain, go_on)?;
     }
 }
 

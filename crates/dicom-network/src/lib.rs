@@ -30,6 +30,7 @@ mod made;
 mod message;
 mod mixed;
 mod node;
+mod patience;
 mod pinned;
 mod retrieve;
 mod send;
@@ -43,10 +44,11 @@ mod wire;
 
 pub use error::Error;
 pub use expected::Strangers;
-pub use fetch::{FetchInfo, Way, fetch};
+pub use fetch::{Way, fetch};
 pub use find::{QuerySpec, SeriesEntry, StudyEntry, list};
 pub use journal::{JOURNAL, acknowledged};
 pub use node::{Node, Title};
+pub use retrieve::FetchInfo;
 pub use send::{Refused, SendInfo, SendParams, send};
 pub use tls::{Tls, TlsFiles};
 

@@ -5,7 +5,7 @@ use crate::cancel::GoOn;
 use crate::command::{Command, element, field};
 use crate::contexts::{MAX_CONTEXTS, Proposal};
 use crate::error::Error;
-use crate::fetch::FetchInfo;
+use crate::expected::Strangers;
 use crate::find::InstanceEntry;
 use crate::inbox::{self, Inbox};
 use crate::link::Link;
@@ -30,6 +30,32 @@ const MAX_FAILED_LIST: u64 = 16 << 20;
 /// Most answers that only say that more is to come while nothing comes: an archive that says it
 /// once a second may take hours.
 const MAX_PENDING: usize = 10_000;
+
+/// What has arrived.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct FetchInfo {
+    /// Study Instance UID.
+    pub study: String,
+    /// Instances that arrived in this call.
+    pub received: usize,
+    /// Instances that were in the folder before.
+    pub known: usize,
+    /// Bytes of the data sets that arrived.
+    pub bytes: u64,
+    /// SOP Instance UIDs that the archive lists and that did not arrive.
+    pub missing: Vec<String>,
+    /// What the archive sent in their place and belongs to another patient, study, series or date.
+    pub strangers: Vec<Strangers>,
+    /// Associations that were opened to retrieve, not counting those for queries.
+    pub associations: usize,
+    /// What was not kept, and other things one has to know.
+    #[serde(serialize_with = "crate::texts")]
+    pub warnings: Vec<Warning>,
+    /// Why the rest did not arrive, when some are missing for a reason that may pass.
+    pub broken: Option<String>,
+    /// Why the rest did not arrive, when trying again will not help.
+    pub failed: Option<String>,
+}
 
 /// The instances of one series that are meant.
 #[derive(Debug)]

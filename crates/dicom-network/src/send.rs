@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::journal::Journal;
 use crate::link::Link;
 use crate::message::{Payload, Talk};
+use crate::patience::pause;
 use crate::{mixed, status, syntaxes};
 use dicom_dictionary_std::uids;
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,7 +16,6 @@ use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek as _, SeekFrom};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
 use supine_dicom::{ObjectFile, class_name, implicit_data_set, object_files, syntax_name};
 use supine_space::{Progress, Warning};
 
@@ -134,17 +134,6 @@ pub fn send(
     info.left = load.waiting.len();
     go_on()?;
     Ok(info)
-}
-
-/// Waits before the next association: half a second, then twice as long each time, 8 s at most.
-pub(crate) fn pause(vain: u32, go_on: GoOn<'_>) -> Result<(), Error> {
-    let wait = Duration::from_millis(500 << vain.saturating_sub(1).min(4));
-    let start = Instant::now();
-    while start.elapsed() < wait {
-        go_on()?;
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    Ok(())
 }
 
 /// An object on its way, with the number of the journal it is noted in.

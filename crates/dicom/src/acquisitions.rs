@@ -1,7 +1,6 @@
 //! Slices of several acquisitions in one series.
 
 use crate::error::Error;
-use crate::geometry::excluding;
 use crate::slice::Slice;
 use std::collections::BTreeSet;
 use supine_volume::median;
@@ -74,4 +73,9 @@ fn joined(places: &[f64], slices: &[&Slice]) -> Option<Error> {
 fn acquisitions(slices: &[&Slice]) -> usize {
     let names: BTreeSet<_> = slices.iter().map(|slice| &slice.acquisition).collect();
     names.len()
+}
+
+/// Files left out, as the case file and the command line say it.
+pub(crate) fn excluding(files: &[&str]) -> String {
+    format!("exclude = {files:?} in the case file, or --exclude of warp, segment and carry")
 }

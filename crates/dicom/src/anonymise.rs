@@ -10,7 +10,8 @@ mod names;
 mod objects;
 
 use crate::data_set::{DataSet, Value};
-use crate::derived::{MANUFACTURER, MODEL, code};
+use crate::deformed::{MANUFACTURER, MODEL};
+use crate::derived::code;
 use crate::source::{Source, SourceSlice};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;

@@ -3,9 +3,10 @@
 
 use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
+use crate::deformed::{MANUFACTURER, MODEL};
 use crate::derived::{
-    MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    instance_reference, put_missing,
+    PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy, instance_reference,
+    put_missing,
 };
 use crate::error::Error;
 use crate::series::Place;

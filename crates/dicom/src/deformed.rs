@@ -2,8 +2,11 @@
 //! scanner.
 
 use crate::data_set::DataSet;
-use crate::derived::{MANUFACTURER, MODEL};
 use dicom_dictionary_std::tags;
+
+/// Manufacturer and model of what this software writes.
+pub(crate) const MANUFACTURER: &str = "supine";
+pub(crate) const MODEL: &str = "supine (research software)";
 
 /// What such a CT is, and what to do.
 pub const DEFORMED_ALREADY: &str = "a CT that was deformed by this program already, not the patient as she lay in the \

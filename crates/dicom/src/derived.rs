@@ -9,10 +9,6 @@ use crate::source::{Source, SourceSlice};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 
-/// Manufacturer and model of what this software writes.
-pub(crate) const MANUFACTURER: &str = "supine";
-pub(crate) const MODEL: &str = "supine (research software)";
-
 /// Copied from the first slice: the same patient and study.
 pub(crate) const PATIENT_AND_STUDY: &[Tag] = &[
     tags::SPECIFIC_CHARACTER_SET,

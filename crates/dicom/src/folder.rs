@@ -6,7 +6,7 @@ use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Unt
 use crate::error::Error;
 use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::Place;
-use crate::geometry::leave_out;
+use crate::geometry::{MIN_SLICES, leave_out};
 use crate::multi_frame;
 use crate::patient_identity::PatientIdentity;
 use crate::pixel_format::Frame;
@@ -19,9 +19,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::{Progress, Warning};
-
-/// Fewest slices that make a volume.
-pub(crate) const MIN_SLICES: usize = 3;
 
 /// A slice: a CT file, or a frame of one, with the series it belongs to.
 #[derive(Debug)]

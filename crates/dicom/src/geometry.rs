@@ -1,16 +1,18 @@
 //! Slices in order along their normal, and the grid they make.
 
 use crate::accept::Accept;
-use crate::acquisitions::{differing_acquisition, in_order};
+use crate::acquisitions::{differing_acquisition, excluding, in_order};
 use crate::equalise::EqualSteps;
 use crate::error::Error;
-use crate::folder::MIN_SLICES;
 use crate::number::ROUNDING_MM;
 use crate::slice::Slice;
 use crate::source::Source;
 use crate::tilt::Lean;
 use std::collections::BTreeSet;
 use supine_space::{Grid, Matrix, Point, Vector, Warning};
+
+/// Fewest slices that make a volume.
+pub(crate) const MIN_SLICES: usize = 3;
 
 /// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it. Chosen, not
 /// measured: far above the rounding of positions with three decimals, far below a missing slice.
@@ -239,11 +241,6 @@ fn why_twice(a: &Slice, b: &Slice) -> String {
 /// How to read the series without a file.
 pub(crate) fn leave_out(file: &str) -> String {
     format!("; to leave a file out: {}", excluding(&[file]))
-}
-
-/// Files left out, as the case file and the command line say it.
-pub(crate) fn excluding(files: &[&str]) -> String {
-    format!("exclude = {files:?} in the case file, or --exclude of warp, segment and carry")
 }
 
 /// Least-squares step of places over their index, and the largest distance from that line.

@@ -5,7 +5,7 @@ use crate::data_set::{
     Container, DataSet, Encoding, OpenError, TransferSyntax, Until, can_be_implicit, encode,
     encode_implicit, parse, part10_head,
 };
-use crate::derived::MANUFACTURER;
+use crate::deformed::MANUFACTURER;
 use crate::error::Error;
 use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::{Listed, MAX_FOLDER_DEPTH, below};

@@ -1,10 +1,11 @@
 //! An applicator in the tissue: a rigid body that tissue follows while it moves.
 
 use crate::background::Background;
-use crate::coupling::{Coupling, Renewed, Step};
+use crate::coupling::{Coupling, Renewed};
 use crate::discretisation::Discretisation;
 use crate::either::{Either, either};
 use crate::outcome::SolveError;
+use crate::outcome::Step;
 use crate::quasi_newton::Budget;
 use crate::rest::LoadedBody;
 use crate::rigid::RigidBody;

@@ -1,8 +1,7 @@
 //! Tissue that follows a rigid body or slides on it: steps from one pose to the next.
 
-use crate::coupling::Step;
 use crate::newton::{Limits, Newton};
-use crate::outcome::{Cause, NonConvergence, SolveError};
+use crate::outcome::{Cause, NonConvergence, SolveError, Step};
 use crate::quasi_newton::{Budget, Memory, error_mm, largest};
 use crate::site::{ContactSite, MOTIONS, Responses, TissueState};
 use crate::tangent::Tangent;

@@ -3,23 +3,12 @@
 use crate::analysis::OutOfMemory;
 use crate::bilateral::BilateralContact;
 use crate::compliance::Compliance;
-use crate::outcome::SolveError;
+use crate::outcome::{SolveError, Step};
 use crate::quasi_newton::Budget;
 use crate::site::{ContactSite, Responses, TissueState};
 use crate::unilateral::UnilateralContact;
 use std::sync::Arc;
 use supine_space::{Pose, Progress, Vector};
-
-/// How a step went.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// Corrections made, or Newton iterations.
-    pub corrections: usize,
-    /// Estimate of the error left at the worst node, mm.
-    pub error_mm: f64,
-    /// Whether corrections did not suffice and Newton's method took over: this step took its time.
-    pub by_newton: bool,
-}
 
 /// How the rigid body holds tissue, with what is kept for it.
 enum Hold {

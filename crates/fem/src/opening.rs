@@ -6,8 +6,8 @@
 //! 1977). Far motions are made in parts. A body that is put in where tissue is grows from one that
 //! touches nothing: all gaps are opened by the deepest one, and closed again.
 
-use crate::coupling::Step;
 use crate::newton::norm;
+use crate::outcome::Step;
 use crate::outcome::{Cause, NonConvergence, SolveError};
 use crate::site::{ContactSite, TissueState};
 use crate::unilateral::{BURIED_MM, Balance, Correction, UnilateralContact};

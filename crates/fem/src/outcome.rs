@@ -12,6 +12,17 @@ pub(crate) struct Equilibrium {
     pub(crate) residual: f64,
 }
 
+/// How a step went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Corrections made, or Newton iterations.
+    pub corrections: usize,
+    /// Estimate of the error left at the worst node, mm.
+    pub error_mm: f64,
+    /// Whether corrections did not suffice and Newton's method took over: this step took its time.
+    pub by_newton: bool,
+}
+
 /// Why no equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cause {

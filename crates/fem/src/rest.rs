@@ -9,7 +9,7 @@ use crate::newton::{Effort, KnownEquilibrium, Newton, norm};
 use crate::outcome::{Equilibrium, SolveError};
 use crate::pattern::Pattern;
 use crate::tangent::Tangent;
-use crate::warm_start::{SolutionHistory, State, WarmStart};
+use crate::warm_start::{Rest, SolutionHistory, State, WarmStart};
 use crate::{Cut, Error, Info, Job, RestState, Unloading, from_ct, sensitivity};
 use supine_mesh::BoundaryTag;
 use supine_space::{Point, Progress, Vector, Warning};
@@ -119,21 +119,6 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
 struct Elastic<'a, const N: usize> {
     materials: &'a [NeoHookean],
     foundation: Option<&'a Foundation<N>>,
-}
-
-/// A stress-free shape.
-#[derive(Clone)]
-pub(crate) struct Rest<const N: usize, const Q: usize> {
-    /// The mean modulus whose shape it is, kPa.
-    pub(crate) young_kpa: f64,
-    /// The body on it.
-    model: Model<N, Q>,
-    /// Displacement from it to the CT shape, mm.
-    pub(crate) to_ct: Vec<Vector>,
-    /// How it was found.
-    pub(crate) unloading: Unloading,
-    /// −E times its derivative by the mean modulus E, mm, once asked for.
-    slope: Option<Vec<Vector>>,
 }
 
 impl<const N: usize, const Q: usize> Rest<N, Q> {

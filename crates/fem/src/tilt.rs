@@ -1,12 +1,12 @@
 //! The operating table: gravity that turns, and tissue that follows it.
 
 use crate::background::Background;
-use crate::coupling::Step;
 use crate::curved::Straightening;
 use crate::discretisation::Discretisation;
 use crate::either::{Either, either};
 use crate::model::Model;
 use crate::newton::{KnownEquilibrium, Newton};
+use crate::outcome::Step;
 use crate::pattern::Pattern;
 use crate::quasi_newton::{ERROR_MM, Memory, error_mm, largest};
 use crate::rest::LoadedBody;

@@ -10,8 +10,7 @@
 
 use crate::analysis::OutOfMemory;
 use crate::compliance::Compliance;
-use crate::coupling::Step;
-use crate::outcome::SolveError;
+use crate::outcome::{SolveError, Step};
 use crate::pairs::Pair;
 use crate::press_problem::Problem;
 use crate::quasi_newton::{Budget, dot, error_mm, largest};

@@ -8,8 +8,8 @@
 //! dJ = Σ_b r_b · (∂u/∂n)_b δ_b.
 
 use crate::Job;
-use crate::goal::recovered;
 use crate::model::Model;
+use crate::recovery::recovered;
 use supine_mesh::{BoundaryTag, Edges, TetMesh};
 use supine_space::{Point, Vector};
 

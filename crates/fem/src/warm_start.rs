@@ -1,12 +1,28 @@
 //! What solutions of a body leave to the next ones.
 
+use crate::Unloading;
 use crate::analysis::OutOfMemory;
 use crate::inverse::Solver;
+use crate::model::Model;
 use crate::pattern::Pattern;
-use crate::rest::Rest;
 use crate::tangent::Tangent;
 use std::sync::Arc;
 use supine_space::Vector;
+
+/// A stress-free shape.
+#[derive(Clone)]
+pub(crate) struct Rest<const N: usize, const Q: usize> {
+    /// The mean modulus whose shape it is, kPa.
+    pub(crate) young_kpa: f64,
+    /// The body on it.
+    pub(crate) model: Model<N, Q>,
+    /// Displacement from it to the CT shape, mm.
+    pub(crate) to_ct: Vec<Vector>,
+    /// How it was found.
+    pub(crate) unloading: Unloading,
+    /// −E times its derivative by the mean modulus E, mm, once asked for.
+    pub(crate) slope: Option<Vec<Vector>>,
+}
 
 /// States of a kind that are kept; the oldest ones go.
 const KEPT: usize = 16;

@@ -26,6 +26,7 @@
 //! Source of the layouts: OpenIGTLink protocol, header versions 1 and 2, as the C++ library writes
 //! it; `fixtures/openigtlink` holds messages of three peers.
 
+mod answer;
 mod content;
 pub mod crc;
 mod error;

@@ -11,8 +11,8 @@
 
 use crate::Error;
 use crate::curve::found;
-use crate::interval::{Question, at_centre};
 use crate::modulus_prior::NORMAL_95;
+use crate::question::{Question, at_centre};
 use supine_fem::{Cut, Params, solve};
 use supine_space::{Progress, Vector};
 

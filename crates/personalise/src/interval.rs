@@ -4,12 +4,12 @@ use crate::Error;
 use crate::beyond::beyond;
 use crate::curve::{Curve, Solver};
 use crate::ellipsoid::Ellipsoid;
-use crate::modulus_prior::ModulusPrior;
+use crate::question::{Question, at_centre};
 use crate::spread::{Drawn, Nominal, Rests, middle, quantile};
-use crate::wall::{Patch, PatchEffect, Wall};
-use supine_fem::{Body, GoalErrors, Load, Params, RestState, goal_errors};
-use supine_mesh::{BoundaryTag, Deformation, Edges, Locator, TetMesh};
-use supine_space::{Matrix, Point, Progress, Sphere, Vector, Warning};
+use crate::wall::{PatchEffect, Wall};
+use supine_fem::{Body, GoalErrors, RestState, goal_errors};
+use supine_mesh::{BoundaryTag, TetMesh};
+use supine_space::{Matrix, Point, Progress, Vector, Warning};
 
 /// Probability with which the intervals hold.
 pub const LEVEL: f64 = 0.95;
@@ -17,41 +17,6 @@ pub const LEVEL: f64 = 0.95;
 /// answers a tilt without measure and soon has no usable shape: 9.81e-3 x 55 / E > 1.3 on a
 /// synthetic breast of 55 mm.
 const SLACK: f64 = 1.3;
-
-/// What is asked.
-#[derive(Clone, Copy)]
-pub struct Question<'a> {
-    /// What is deformed.
-    pub body: &'a Body,
-    /// The same tissue on a mesh that may be coarser: on it is solved how the displacement changes
-    /// with modulus and rest state. The run's own displacement takes off what the curves of both
-    /// states have too much or too little.
-    pub coarse: &'a Body,
-    /// Why.
-    pub load: &'a Load,
-    /// How it was solved, the rest state included.
-    pub params: &'a Params,
-    /// What was found.
-    pub solved: &'a Deformation,
-    /// The tumour in the CT, LPS, mm.
-    pub tumour: Sphere,
-    /// What is known of the modulus.
-    pub prior: ModulusPrior,
-    /// The error of the chest wall that 19 of 20 places like the one given (LPS, mm) do not exceed,
-    /// mm.
-    pub wall_error_mm: &'a (dyn Fn(&Point) -> f64 + Sync),
-    /// Its uncertain places.
-    pub patches: &'a [Patch],
-    /// The body with each proportion of its tissues' moduli another one, by one standard deviation:
-    /// independent of each other.
-    pub tissues: &'a [Body],
-}
-
-impl std::fmt::Debug for Question<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Question({:?}, {:?})", self.tumour, self.prior)
-    }
-}
 
 /// What makes the displacement uncertain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -277,13 +242,6 @@ fn by_tissues(question: &Question<'_>) -> Result<Matrix, Error> {
         covariance += change * change.transpose();
     }
     Ok(covariance)
-}
-
-/// The displacement of the place nearest to a point, LPS, mm.
-pub(crate) fn at_centre(solved: &Deformation, centre: &Point) -> Vector {
-    let mesh = solved.mesh();
-    let found = Locator::new(mesh.clone()).nearest(centre);
-    solved.displacement().at(mesh, &Edges::new(mesh), found.tet, found.weights)
 }
 
 /// The modulus below which the unloaded state is not asked, kPa.

@@ -1,9 +1,11 @@
 use super::*;
+use crate::{ModulusPrior, Patch};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use supine_fem::{Tissue, solve};
-use supine_mesh::Order;
+use supine_fem::{Load, Params, Tissue, solve};
 use supine_mesh::{BoundaryFace, TET_FACES};
+use supine_mesh::{Deformation, Order};
+use supine_space::Sphere;
 
 /// A block of 36 x 36 x 24 mm on a wall at z = 0, all else skin, in cells of 6 mm.
 fn block() -> Arc<TetMesh> {

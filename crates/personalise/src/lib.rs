@@ -14,6 +14,7 @@ mod evaluation;
 mod fit;
 mod interval;
 mod modulus_prior;
+mod question;
 mod spread;
 mod wall;
 
@@ -24,6 +25,7 @@ pub use fit::{
     BACK_SHARE, Carried, Choice, DECIDES, DeviationParts, Fit, FitQuestion, Part, Proportions,
     StateFit, Tissues, UPRIGHT_DEG, compare, fit, moduli,
 };
-pub use interval::{LEVEL, OtherState, Question, Share, Source, TumourInterval, tumour_interval};
+pub use interval::{LEVEL, OtherState, Share, Source, TumourInterval, tumour_interval};
 pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior, Origin};
+pub use question::Question;
 pub use wall::{Patch, PatchEffect};

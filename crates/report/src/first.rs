@@ -154,7 +154,7 @@ fn shares(s: &Summary) -> Option<Table> {
     for share in &interval.shares {
         let source = match (share.source.as_str(), modulus.origin.as_str()) {
             ("modulus", "literature") => {
-                format!("Modulus: a guess, {low} to {high} kPa as in nine published patients")
+                format!("Modulus: not measured, {low} to {high} kPa as in nine published patients")
             }
             ("modulus", "scans") => format!("Modulus: {low} to {high} kPa by the scans"),
             ("modulus", _) => format!("Modulus: {low} to {high} kPa as given"),

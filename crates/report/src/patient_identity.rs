@@ -45,7 +45,7 @@ impl PatientIdentity {
         let known = self.known().into_iter().take(PRINTED);
         let told: Vec<String> = known.map(|(what, text)| format!("{what} {text}")).collect();
         let mut escaped = String::new();
-        for c in visible(&told.join("  ")).chars() {
+        for c in visible(&told.join(" \u{b7} ")).chars() {
             if c.is_ascii_alphanumeric() {
                 escaped.push(c);
             } else {

@@ -491,6 +491,13 @@ pub struct Solve {
     pub max_det_f: f64,
     /// Largest displacement of a node, mm.
     pub max_displacement_mm: f64,
+    /// Mean stiffness of the springs on the cut, kPa/mm; absent without springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring_kpa_mm: Option<f64>,
+    /// Of a stress-free shape that was searched: how far the CT shape is missed when gravity acts
+    /// on it again, largest distance of a node, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reload_error_mm: Option<f64>,
 }
 
 /// The exported DICOM series.

@@ -427,6 +427,12 @@ fn solve(s: &Summary) -> Table {
         format!("{} to {}", fixed(m.min_det_f, 2), fixed(m.max_det_f, 2)),
     );
     t.row("Largest displacement", format!("{} mm", fixed(m.max_displacement_mm, 2)));
+    if let Some(k) = m.spring_kpa_mm {
+        t.row("Springs at the cut, mean stiffness", format!("{} kPa/mm", fixed(k, 4)));
+    }
+    if let Some(mm) = m.reload_error_mm {
+        t.row("CT shape missed when the unloaded shape is loaded again", format!("{mm:.1e} mm"));
+    }
     t
 }
 

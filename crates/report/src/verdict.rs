@@ -192,7 +192,7 @@ fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
         return Vec::new();
     };
     let Some(interval) = &summary.tumour_interval else {
-        let text = "How sure the tumour's place is could not be computed.";
+        let text = "The uncertainty of the tumour position could not be computed.";
         return vec![reason(Colour::Red, "no-interval", text)];
     };
     let mut reasons = Vec::new();
@@ -216,8 +216,8 @@ fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
     if interval.modulus.origin == "literature" {
         let [low, high] = interval.modulus.young_kpa;
         let text = format!(
-            "The tissue is a guess: nobody measured how stiff this breast is. Published moduli of \
-             patients ({} to {} kPa) put the tumour elsewhere by up to {} mm.",
+            "The stiffness of this breast was not measured. With the moduli published of other patients \
+             ({} to {} kPa) the tumour lies up to {} mm from the place shown.",
             fixed(low, 2),
             fixed(high, 2),
             fixed(of("modulus").unwrap_or(0.0), 1)
@@ -497,7 +497,7 @@ mod tests {
         }
         let found = verdict(&summary, 2.0);
         let guess = found.reasons.iter().find(|reason| reason.code == "tissue-is-a-guess").unwrap();
-        assert!(guess.message.ends_with("by up to 3.0 mm."), "{guess:?}");
+        assert!(guess.message.contains("lies up to 3.0 mm from"), "{guess:?}");
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! The band outside the rib shell in which the wall is searched, along the rays.
 
 use crate::aggregate::Costs;
-use crate::bones::smoothed;
 use crate::noise::noise_hu;
 use crate::plane::bilinear;
 use crate::radial_map::RadialMap;
 use crate::scan::{Heights, Scan};
+use crate::smoothing::smoothed;
 
 /// Heights searched: from `LOWEST_MM` outside the shell in steps of `STEP_MM` (reference, section
 /// 4, step 6).

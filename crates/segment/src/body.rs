@@ -1,11 +1,11 @@
 //! What is known of each voxel: the patient, her lungs and bones, and how deep it lies under the
 //! skin.
 
-use crate::devices::Device;
 use crate::frame::Frame;
 use crate::plane::squared_distance;
 use rayon::prelude::*;
 use std::ops::Range;
+use supine_space::Point;
 
 /// What is known of a voxel; bits.
 pub(crate) mod flag {
@@ -24,6 +24,15 @@ pub(crate) mod flag {
 /// Units of [`Body::depth`] per mm, and how far it is measured, mm: what eight bits hold.
 const DEPTH_PER_MM: f32 = 10.0;
 const DEPTH_MM: f32 = 25.5;
+
+/// A metal device under the skin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Device {
+    /// Its volume with its streaks, ml.
+    pub ml: f64,
+    /// Its middle, LPS, mm.
+    pub middle: Point,
+}
 
 /// The patient.
 pub(crate) struct Body {

@@ -4,13 +4,11 @@ use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
 use crate::levels::{Levels, fat_mode};
+use crate::smoothing::{SMOOTH_MM, smoothed_rows};
 use rayon::prelude::*;
-use std::ops::Range;
 use supine_space::Progress;
-use supine_volume::{Ct, Parts, Run, gaussian_rows, median, ranked};
+use supine_volume::{Ct, Parts, Run, median, ranked};
 
-/// In-plane smoothing before any level is compared, mm (reference, section 4, step 3).
-pub(crate) const SMOOTH_MM: f32 = 0.9;
 /// Bone lies deeper under the skin than this, mm (the same).
 const BONE_DEPTH_MM: f32 = 5.0;
 /// Costal cartilage lies above this share of the way from fat to muscle: it has 70 to 200 HU where
@@ -28,28 +26,6 @@ const TO_BACK: f32 = 0.55;
 const BONE_AREA_MM2: f32 = 80.0;
 /// Slices with bone that are needed (reference, section 8: proposed there, not measured).
 const BONE_SLICES: usize = 6;
-
-/// A slice in f32, padding and metal clamped, smoothed in its plane.
-pub(crate) fn smoothed(ct: &Ct, frame: &Frame, k: usize, sigma_mm: f32) -> Vec<f32> {
-    smoothed_rows(ct, frame, (k, 0..frame.size[1]), sigma_mm)
-}
-
-/// [`smoothed`], but that rows beyond those asked for of slice k hold anything.
-pub(crate) fn smoothed_rows(
-    ct: &Ct,
-    frame: &Frame,
-    (k, rows): (usize, Range<usize>),
-    sigma_mm: f32,
-) -> Vec<f32> {
-    let plane = frame.plane();
-    let mut image: Vec<f32> = ct.data()[k * plane..(k + 1) * plane]
-        .iter()
-        .map(|&v| f32::from(v.clamp(-1024, 3071)))
-        .collect();
-    let spacing = [frame.spacing[0], frame.spacing[1]];
-    gaussian_rows(&mut image, frame.size[0], spacing, sigma_mm, rows);
-    image
-}
 
 /// Marks bones and cartilage in the flags of the body.
 pub(crate) fn mark_bones(

@@ -4,7 +4,7 @@
 //! would draw the chest wall out to the skin. What follows sees them as fat, so that the wall ends
 //! behind them.
 
-use crate::body::{Body, flag};
+use crate::body::{Body, Device, flag};
 use crate::frame::Frame;
 use crate::implant::{FATTY_HU, RIM_MM as BLUR_MM, filled};
 use crate::lung_hull::{Hull, to_back};
@@ -36,15 +36,6 @@ const DEPTH_MM: f32 = 15.0;
 const MOST_CM3: f64 = 60.0;
 /// Parts of metal whose middles lie nearer to each other are one device, mm. Chosen, not measured.
 const ONE_MM: f64 = 40.0;
-
-/// A metal device under the skin.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Device {
-    /// Its volume with its streaks, ml.
-    pub ml: f64,
-    /// Its middle, LPS, mm.
-    pub middle: Point,
-}
 
 /// The CT in which devices under the skin of the front are filled with this patient's fat; what was
 /// found goes into the body.

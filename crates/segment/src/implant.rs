@@ -4,10 +4,11 @@
 //! themselves. What follows sees them as fat, so that the wall ends behind them.
 
 use crate::body::{Body, flag};
-use crate::bones::{SMOOTH_MM as BONE_SMOOTH_MM, fat_of, smoothed, smoothed_rows};
+use crate::bones::fat_of;
 use crate::frame::Frame;
 use crate::lung_hull::{Hull, to_back};
 use crate::plane::near;
+use crate::smoothing::{SMOOTH_MM as BONE_SMOOTH_MM, smoothed, smoothed_rows};
 use rayon::prelude::*;
 use std::sync::Arc;
 use supine_volume::{Ct, Parts, Run};

@@ -1,7 +1,7 @@
 //! What was found, and what the user should look at.
 
 use crate::Params;
-use crate::devices::Device;
+use crate::body::Device;
 use crate::find_body::LUNGS_L;
 use crate::levels::{Levels, MIN_CONTRAST_HU};
 use crate::quality_check::QualityCheck;

@@ -3,10 +3,10 @@
 use crate::Error;
 use crate::band::{Band, height};
 use crate::body::{Body, flag};
-use crate::bones::{SMOOTH_MM, smoothed_rows};
 use crate::frame::Frame;
 use crate::histogram::Histogram;
 use crate::radial_map::{RAYS, Rays};
+use crate::smoothing::{SMOOTH_MM, smoothed_rows};
 use rayon::prelude::*;
 use std::ops::Range;
 use supine_volume::Ct;

@@ -58,6 +58,7 @@ mod segmenter;
 mod shape_mismatch;
 mod shell;
 mod slice_tissue;
+mod smoothing;
 mod spikes;
 mod supplied;
 mod tissues;
@@ -73,9 +74,9 @@ mod whole_chest;
 #[cfg(test)]
 mod tests;
 
+pub use body::Device;
 pub use breast::Breast;
 pub use confidence::PER_MM as UNCERTAINTY_PER_MM;
-pub use devices::Device;
 pub use error::Error;
 pub use info::Info;
 pub use labels_error::LabelsError;

@@ -5,12 +5,12 @@
 use crate::Error;
 use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
 use crate::below_ribs;
-use crate::bones::{SMOOTH_MM, smoothed};
 use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::radial_map::{RADII, RAYS, RadialMap, Rays, START_MM};
 use crate::rib_evidence::{BARRED, EDGE, Profile};
 use crate::scan::Scan;
+use crate::smoothing::{SMOOTH_MM, smoothed};
 use supine_space::Progress;
 
 // Costs and reaches of the reference, section 4, step 4, unless another source is named.

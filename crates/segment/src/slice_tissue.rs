@@ -2,11 +2,11 @@
 //! changes it.
 
 use crate::body::flag;
-use crate::bones::smoothed_rows;
 use crate::levels::Levels;
 use crate::muscle::dense_mean;
 use crate::plane::near;
 use crate::scan::Scan;
+use crate::smoothing::smoothed_rows;
 use std::sync::OnceLock;
 
 /// Smoothing that leaves an edge where it is and takes the noise of a sharp kernel, mm. Chosen, not

@@ -8,10 +8,10 @@
 //! chosen and tried on phantoms, not measured.
 
 use crate::Error;
-use crate::bones::smoothed;
 use crate::frame::Frame;
 use crate::levels::fat_mode;
 use crate::plane::{fill_holes, near, squared_distance};
+use crate::smoothing::smoothed;
 use crate::tumour;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};

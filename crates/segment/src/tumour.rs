@@ -1,7 +1,7 @@
 //! The tumour, grown from its centre.
 
-use crate::bones::smoothed;
 use crate::frame::Frame;
+use crate::smoothing::smoothed;
 use std::ops::RangeInclusive;
 use supine_space::{Sphere, Warning};
 use supine_volume::{Ct, LabelMap, Volume, components, distance_mm, label, median};

@@ -1,6 +1,8 @@
 //! Which voxels of a slab were met.
 
 use crate::rows::Span;
+use rayon::prelude::*;
+use supine_volume::Volume;
 
 /// Voxels `first..end` along i, j, k.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,6 +198,24 @@ impl Coverage {
             Some(Span { j, k, from, to: bit(last, u64::BITS - words[last].leading_zeros()) })
         })
     }
+}
+
+/// The box of the vectors that are not 0.
+pub(crate) fn moving(field: &Volume<[f32; 3]>) -> Window {
+    holding(field, |v| *v != [0.0; 3])
+}
+
+/// The box of the voxels of which `held` is true.
+pub(crate) fn holding<T: Sync>(volume: &Volume<T>, held: impl Fn(&T) -> bool + Sync) -> Window {
+    let none = Window { first: [0; 3], end: [0; 3] };
+    let [ni, nj, _] = volume.grid().size();
+    let row = |(at, row): (usize, &[T])| {
+        let (j, k) = (at % nj, at / nj);
+        let Some(first) = row.iter().position(&held) else { return none };
+        let last = row.iter().rposition(&held).unwrap_or(first);
+        Window { first: [first, j, k], end: [last + 1, j + 1, k + 1] }
+    };
+    volume.data().par_chunks_exact(ni).enumerate().map(row).reduce(|| none, Window::with)
 }
 
 #[cfg(test)]

@@ -1,13 +1,12 @@
 //! The map as vector fields on a grid, and its Jacobian.
 
-use crate::coverage::{Coverage, Window};
+use crate::coverage::{Coverage, Window, moving};
 use crate::element::Gradient;
 use crate::fade::Prepared;
 use crate::map::{Map, check_grid};
 use crate::pieces::{Parent, Pieces};
 use crate::pullback::Pullback;
 use crate::raster::{Raster, SLAB};
-use crate::resampling::moving;
 use crate::rows::Span;
 use crate::{Error, Params, collar::Collar};
 use rayon::prelude::*;

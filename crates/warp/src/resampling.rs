@@ -2,7 +2,7 @@
 //! moves, led on beside the skin, and the backward one into the air that the tissue left.
 
 use crate::beside_skin::beside_skin;
-use crate::coverage::Window;
+use crate::coverage::{Window, holding, moving};
 use crate::origins::Mapped;
 use crate::{Error, Fields, Origin, Origins, Params};
 use rayon::prelude::*;
@@ -132,24 +132,6 @@ fn beside(known: &Volume<Option<[f32; 3]>>, voxel: [usize; 3]) -> Option<[f32; 3
         }
     }
     nearest.map(|(_, to)| to)
-}
-
-/// The box of the vectors that are not 0.
-pub(crate) fn moving(field: &Volume<[f32; 3]>) -> Window {
-    holding(field, |v| *v != [0.0; 3])
-}
-
-/// The box of the voxels of which `held` is true.
-fn holding<T: Sync>(volume: &Volume<T>, held: impl Fn(&T) -> bool + Sync) -> Window {
-    let none = Window { first: [0; 3], end: [0; 3] };
-    let [ni, nj, _] = volume.grid().size();
-    let row = |(at, row): (usize, &[T])| {
-        let (j, k) = (at % nj, at / nj);
-        let Some(first) = row.iter().position(&held) else { return none };
-        let last = row.iter().rposition(&held).unwrap_or(first);
-        Window { first: [first, j, k], end: [last + 1, j + 1, k + 1] }
-    };
-    volume.data().par_chunks_exact(ni).enumerate().map(row).reduce(|| none, Window::with)
 }
 
 /// The voxels of a window.

@@ -11,6 +11,7 @@
 )]
 
 mod adjacent;
+mod app;
 mod bed;
 mod body;
 mod browser;
@@ -43,9 +44,10 @@ mod whose;
 
 pub use error::Error;
 
+use app::App;
 use desk::Desk;
 use doors::{Doors, Guest};
-use routes::{App, router};
+use routes::router;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,10 +1,10 @@
 //! The socket by which the page is told of each change.
 
+use crate::app::App;
 use crate::bed::{Applicator, Asked, Frames, Table};
 use crate::doors::Guest;
 use crate::follow::Navigation;
 use crate::guard::is_same;
-use crate::routes::App;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{ConnectInfo, State};
 use axum::response::Response;

@@ -1,6 +1,6 @@
 //! The table of routes. All of it passes the guard; all data bear `no-store`.
 
-use crate::desk::Desk;
+use crate::app::App;
 use crate::doors::Guest;
 use crate::edit::Way;
 use crate::guard::{Asked, Refusal, admit, needs_key};
@@ -15,8 +15,6 @@ use axum::routing::{get, post};
 use include_dir::{Dir, include_dir};
 use serde::Deserialize;
 use serde_json::json;
-use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 use supine_flow::NodeId;
 
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/page");
@@ -27,15 +25,6 @@ const MOST_EDIT: usize = 1 << 22;
 /// The page loads nothing but its own files, and stands in no other.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-/// What all routes see.
-#[derive(Clone)]
-pub(crate) struct App {
-    pub(crate) desk: Arc<Desk>,
-    pub(crate) token: Arc<str>,
-    /// Sockets that are open.
-    pub(crate) links: Arc<AtomicUsize>,
-}
 
 pub(crate) fn router(app: App) -> Router {
     Router::new()

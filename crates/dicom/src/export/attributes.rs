@@ -4,9 +4,10 @@ use super::encoding::Encoding;
 use super::params::ExportParams;
 use crate::clock::Clock;
 use crate::data_set::{DataSet, Value};
+use crate::deformed::{MANUFACTURER, MODEL};
 use crate::derived::{
-    MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    image_reference, put_lossy, put_missing,
+    PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy, image_reference,
+    put_lossy, put_missing,
 };
 use crate::error::Error;
 use crate::number::format_ds;

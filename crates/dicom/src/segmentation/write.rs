@@ -4,9 +4,10 @@ use super::marked::Marked;
 use super::{codes, colour, read_back};
 use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
+use crate::deformed::{MANUFACTURER, MODEL};
 use crate::derived::{
-    MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    image_reference, instance_reference, put_lossy, put_missing,
+    PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy, image_reference,
+    instance_reference, put_lossy, put_missing,
 };
 use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};

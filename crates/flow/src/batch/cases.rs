@@ -1,7 +1,7 @@
 //! The cases of a batch: case files, folders that hold one, and tables of which each row is one.
 
 use super::Batch;
-use super::rows::{Row, rows};
+use super::rows::{Row, refused, rows};
 use crate::commands::run::Change;
 use crate::folder::usable_name;
 use crate::spec::Spec;
@@ -10,7 +10,6 @@ use crate::{Error, Place};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use supine_space::Failure;
 
 /// The case file of a folder.
 const CASE_FILE: &str = "case.toml";
@@ -108,11 +107,6 @@ fn check_names(all: &[Case]) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// Cases that cannot be told apart or named.
-pub(super) fn refused(message: String) -> Error {
-    Error::Refused { kind: Failure::Input, message }
 }
 
 /// Where a failure of a row lies: in the table, where its own error does not say it.

@@ -1,12 +1,12 @@
 //! A table of cases (CSV, RFC 4180): the head names keys of the case, each row is one.
 
-use super::cases::refused;
 use crate::Error;
 use crate::spec::Spec;
 use crate::text_file::read_text;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use supine_space::Failure;
 
 /// The column of the names.
 const NAME: &str = "name";
@@ -126,6 +126,11 @@ fn check_head(head: &[String]) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Cases that cannot be told apart or named.
+pub(super) fn refused(message: String) -> Error {
+    Error::Refused { kind: Failure::Input, message }
 }
 
 #[cfg(test)]

@@ -62,6 +62,8 @@ impl Solved {
             min_det_f_mm: [0.0; 3],
             max_det_f: 1.0,
             max_displacement_mm: deformation.displacement().max_norm(),
+            spring_kpa_mm: None,
+            reload_error_mm: None,
         };
         Self { deformation, facts: Facts { solve, unknowns: 0 } }
     }
@@ -69,7 +71,7 @@ impl Solved {
 
 impl Node for Solve {
     const ID: NodeId = NodeId::Solve;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type NodeInputs = Law;
     type Parents = (Mesh, Moduli, Fit);
@@ -97,6 +99,8 @@ impl Node for Solve {
             min_det_f_mm: info.min_det_f_at.coords.into(),
             max_det_f: info.max_det_f,
             max_displacement_mm: info.max_displacement_mm,
+            spring_kpa_mm: info.spring_kpa_mm,
+            reload_error_mm: info.unloading.and_then(|unloading| unloading.reload_error_mm),
         };
         work.warn_all(info.warnings);
         let facts = Facts { solve, unknowns: info.unknowns };

@@ -1,9 +1,9 @@
 //! What a case lacks that a whole run needs: all of it at once, each with a line to add.
 
-use super::case::Given;
 use super::edit::toml_value;
 use super::error::CaseError;
 use super::example::quoted;
+use super::given::Given;
 use super::read::Values;
 use super::table::{TABLE, position};
 use serde_json::Value as Json;

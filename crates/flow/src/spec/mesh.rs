@@ -1,7 +1,8 @@
 //! What is asked of the mesh.
 
-use super::case::Given;
+use super::case::{MeshSpec, Refinement};
 use super::error::{CaseError, value};
+use super::given::Given;
 use crate::shared::Mesher;
 use supine_mesh::Order;
 
@@ -9,51 +10,6 @@ use supine_mesh::Order;
 const TUMOUR_EDGE_MM: f64 = 4.0;
 /// Their growth away from it when nothing else is said, mm per mm: chosen, not measured.
 const TUMOUR_GROWTH: f64 = 0.5;
-
-/// What is asked of the mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshSpec {
-    /// Number of tetrahedra.
-    pub tetrahedra: usize,
-    /// Order of the displacement within them.
-    pub order: Order,
-    /// Whether those on skin and chest wall are curved for the mechanics.
-    pub curved: bool,
-    /// What makes them.
-    pub mesher: Mesher,
-    /// Whether the piece of soft tissue that holds the sphere's centre is meshed, not the largest.
-    pub centre_piece: bool,
-    /// Where they are smaller.
-    pub refine: Refinement,
-}
-
-/// Where the tetrahedra are to be smaller.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Refinement {
-    /// Nowhere.
-    #[default]
-    Nowhere,
-    /// In and around the tumour.
-    Tumour {
-        /// Longest edge wanted in it, mm.
-        edge_mm: f64,
-        /// Growth of that length with the distance from it, mm per mm.
-        growth: f64,
-    },
-    /// Where the tumour's displacement depends on it.
-    Goal,
-}
-
-impl Refinement {
-    /// Name in case files and in the summary.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Nowhere => "none",
-            Self::Tumour { .. } => "tumour",
-            Self::Goal => "goal",
-        }
-    }
-}
 
 pub(super) fn spec(given: Given<'_>) -> Result<MeshSpec, CaseError> {
     let mesher = mesher(given)?;

@@ -7,10 +7,13 @@ mod canonical;
 mod case;
 mod change;
 mod complete;
+mod derived;
 mod edit;
 mod error;
 mod example;
+mod given;
 mod hint;
+mod json;
 mod mesh;
 mod parameter;
 mod read;
@@ -19,6 +22,7 @@ mod schema;
 mod stroke;
 mod table;
 mod tissue;
+mod typed;
 mod value;
 
 pub use case::{

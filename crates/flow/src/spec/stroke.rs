@@ -1,6 +1,7 @@
 //! Strokes of a brush as a case file holds them: `{ tissue = "chest_wall", radius = 6.0, points =
 //! [[x, y, z], ...] }`.
 
+use super::json::{list, numbers};
 use serde_json::{Value as Json, json};
 use supine_space::Point;
 use supine_volume::{SeedKind, Stroke};
@@ -30,7 +31,7 @@ pub(super) fn of_json(given: &Json) -> Option<Stroke> {
     let (_, kind) = TISSUES.into_iter().find(|(known, _)| *known == word)?;
     let [least, most] = RADIUS;
     let radius_mm = given.get("radius")?.as_f64().filter(|r| (least..=most).contains(r))?;
-    let points = super::value::list(given.get("points")?, super::value::numbers)?;
+    let points = list(given.get("points")?, numbers)?;
     let points: Vec<Point> = points.into_iter().map(|p: [f64; 3]| Point::from(p)).collect();
     (!points.is_empty()).then_some(Stroke { kind, radius_mm, points })
 }

@@ -1,7 +1,7 @@
 //! The one table of parameters. The case file, the options of the command line, `summary.json`, the
 //! guide's table and the JSON schema are made from it.
 
-use super::canonical;
+use super::derived;
 use super::parameter::row;
 pub use super::parameter::{Kind, Parameter, Preset};
 use Preset::{Absent, Required};
@@ -177,15 +177,15 @@ pub static TABLE: &[Parameter] = &[
         "mm",
         Absent("4"),
         "longest edge wanted in the tumour, with refine = \"tumour\"",
-    ).derived(canonical::tumour_edge),
+    ).derived(derived::tumour_edge),
     row(
         ("mesh.tumour_growth", "tumour-growth"),
         Kind::Number { min: 0.05, max: 2.0 },
         "mm/mm",
         Absent("0.5"),
         "growth of that length with the distance from the tumour, with refine = \"tumour\"",
-    ).derived(canonical::tumour_growth),
-    row(("tissue.young", "young"), MODULUS, "kPa", Absent("0.609"), "Young's modulus").derived(canonical::young),
+    ).derived(derived::tumour_growth),
+    row(("tissue.young", "young"), MODULUS, "kPa", Absent("0.609"), "Young's modulus").derived(derived::young),
     row(
         ("tissue.poisson", "poisson"),
         Kind::Number { min: 0.0, max: 0.4998 },
@@ -206,7 +206,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Choice("net"),
         "rest state: net takes the CT shape as free of stress, unloaded finds the shape without gravity first",
-    ).derived(canonical::rest),
+    ).derived(derived::rest),
     row(
         ("tissue.cut", "cut"),
         Kind::Choice(&["spring", "free", "fixed"]),
@@ -234,28 +234,28 @@ pub static TABLE: &[Parameter] = &[
         "kPa",
         Absent("in proportion"),
         "Young's modulus of fat, with a map; with `scans.sitting` the moduli say proportions, and are fitted if none is given",
-    ).derived(canonical::modulus::<0>),
+    ).derived(derived::modulus::<0>),
     row(
         ("tissue.gland", "gland"),
         MODULUS,
         "kPa",
         Absent("1.5 x fat"),
         "Young's modulus of gland, with a map",
-    ).derived(canonical::modulus::<1>),
+    ).derived(derived::modulus::<1>),
     row(
         ("tissue.skin", "skin"),
         MODULUS,
         "kPa",
         Absent("16 x fat"),
         "Young's modulus of skin, with a map",
-    ).derived(canonical::modulus::<2>),
+    ).derived(derived::modulus::<2>),
     row(
         ("tissue.tumour", "tumour"),
         MODULUS,
         "kPa",
         Absent("6 x fat"),
         "Young's modulus of the tumour, with a map",
-    ).derived(canonical::modulus::<3>),
+    ).derived(derived::modulus::<3>),
     row(
         ("tissue.young_interval", "young-interval"),
         Kind::Interval { min: 0.001, max: 1e6 },
@@ -297,7 +297,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Choice("auto"),
         "unit of length of the scans and their landmarks; auto: mm or m, by the size of the scan",
-    ).derived(canonical::scan_unit),
+    ).derived(derived::scan_unit),
     row(
         ("seeds.file", "seeds"),
         Kind::Files,
@@ -367,7 +367,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Switch(false),
         "label fat, gland, skin, tumour and implant too, for the report",
-    ).derived(canonical::tissues),
+    ).derived(derived::tissues),
     row(
         ("warp.interpolation", "interpolation"),
         Kind::Choice(&["cubic", "linear", "lanczos3"]),
@@ -438,7 +438,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Absent("true"),
         "registrations with the CT beside the exported series; not with its frame of reference",
-    ).derived(canonical::registration),
+    ).derived(derived::registration),
     row(
         ("export.structures", "regions"),
         Kind::Switch,
@@ -459,7 +459,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Absent("the time of the run"),
         "date and time that the exported objects bear, YYYY-MM-DD HH:MM:SS",
-    ).derived(canonical::clock),
+    ).derived(derived::clock),
 ];
 
 /// The place of a key in the table.

@@ -1,47 +1,10 @@
 //! The law of the tissue: one modulus, or moduli that differ from tissue to tissue.
 
-use super::case::{Given, missing};
+use super::case::{FitScans, ScansSpec, Stiffness, StiffnessMap};
 use super::error::{CaseError, value};
+use super::given::{Given, missing};
 use super::value::Value;
-use std::path::PathBuf;
 use supine_fem::{Cut, RestState, Tissue};
-
-/// What a modulus that differs from place to place is read from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StiffnessMap {
-    /// The finer labels.
-    Labels,
-    /// The CT: from fat to gland as the HU go from the level of the one to that of the other.
-    Hounsfield,
-}
-
-impl StiffnessMap {
-    /// Name in case files and in the summary.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Labels => "labels",
-            Self::Hounsfield => "hu",
-        }
-    }
-
-    /// The one of this name.
-    pub(crate) fn named(name: &str) -> Self {
-        if name == Self::Hounsfield.name() { Self::Hounsfield } else { Self::Labels }
-    }
-}
-
-/// Moduli that differ from tissue to tissue.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stiffness {
-    /// What decides the tissue.
-    pub map: StiffnessMap,
-    /// Young's moduli of fat, gland, skin and tumour: kPa, or proportions when `mean_kpa` is given.
-    pub kpa: [f64; 4],
-    /// The mean over the mesh to which the proportions are scaled, kPa.
-    pub mean_kpa: Option<f64>,
-    /// Whether the case gives them; else they are those of the method.
-    pub given: bool,
-}
 
 /// Young's moduli of fat, gland, skin and tumour in proportion to that of fat, when nothing else is
 /// said.
@@ -122,30 +85,6 @@ pub(super) fn stiffness(given: Given<'_>) -> Result<Option<Stiffness>, CaseError
     let fitted = given.file("scans.sitting").is_some();
     let mean_kpa = fitted.then_some(law(given).young_kpa);
     Ok(Some(Stiffness { map, kpa, mean_kpa, given: true }))
-}
-
-/// Surface scans of the patient.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ScansSpec {
-    /// Those to which the modulus is fitted.
-    pub fit: Option<FitScans>,
-    /// The patient on the operating table.
-    pub intraop: Option<PathBuf>,
-    /// Landmarks of the scans and the CT.
-    pub landmarks: Option<PathBuf>,
-    /// Unit of length; found when absent.
-    pub unit: Option<&'static str>,
-}
-
-/// Scans to which the modulus is fitted.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FitScans {
-    /// The patient sitting upright.
-    pub sitting: PathBuf,
-    /// The patient lying as in the CT.
-    pub supine: Option<PathBuf>,
-    /// Rest states that are fitted: the one of the case, or both.
-    pub states: Vec<RestState>,
 }
 
 /// The scans of a case.

@@ -2,6 +2,7 @@
 
 use super::error::{CaseError, unfit};
 use super::hint;
+use super::json::{list, numbers};
 use super::stroke;
 use super::table::{Kind, Parameter};
 use serde_json::Value as Json;
@@ -143,19 +144,10 @@ fn split(text: &str, by: char, one: impl Fn(&str) -> Option<Json>) -> Option<Jso
     text.split(by).map(one).collect::<Option<Vec<Json>>>().map(Json::Array)
 }
 
-pub(super) fn numbers<const N: usize>(given: &Json) -> Option<[f64; N]> {
-    let all: Option<Vec<f64>> = given.as_array()?.iter().map(Json::as_f64).collect();
-    all?.try_into().ok()
-}
-
 /// A path that this machine can have.
 fn path(given: &Json) -> Option<PathBuf> {
     let path = hint::path(given.as_str()?);
     path.to_str().is_none_or(hint::usable).then_some(path)
-}
-
-pub(super) fn list<T>(given: &Json, one: impl Fn(&Json) -> Option<T>) -> Option<Vec<T>> {
-    given.as_array()?.iter().map(one).collect()
 }
 
 /// One text, or several.

@@ -6,7 +6,7 @@
 
 use super::FitQuestion;
 use super::family::Family;
-use super::refined::REACH_MM;
+use super::limits::{PRIOR_MM2, REACH_MM};
 use crate::Error;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -43,7 +43,7 @@ pub(super) fn deviations(
     let once = |counts: Option<&[f64]>| {
         let params = Params {
             counts,
-            prior_mm2: super::refined::PRIOR_MM2,
+            prior_mm2: PRIOR_MM2,
             ..question.params_of([REACH_MM; 2], ITERATIONS)
         };
         Ok::<_, Error>(align_near(&scan, family, &posed, &start, &params)?.values)

@@ -2,7 +2,7 @@
 
 use super::StateFit;
 use super::carried::{Carried, Part};
-use super::refined::REACH_MM;
+use super::limits::REACH_MM;
 use supine_fem::RestState;
 use supine_register::Match;
 use supine_space::Point;

@@ -12,6 +12,7 @@ mod bootstrap;
 mod carried;
 mod evidence;
 mod family;
+mod limits;
 mod refined;
 mod search;
 #[cfg(test)]
@@ -21,7 +22,7 @@ mod tissues;
 pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
 pub use family::UPRIGHT_DEG;
-pub(crate) use refined::REACH_MM;
+pub(crate) use limits::REACH_MM;
 pub use tissues::{Proportions, Tissues, moduli};
 
 use crate::Error;

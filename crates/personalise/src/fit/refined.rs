@@ -2,6 +2,7 @@
 
 use super::carried::{Carried, Part};
 use super::family::Family;
+use super::limits::{PRIOR_MM2, REACH_MM};
 use super::search::{Found, solve};
 use super::tissues::{self, Tissues, settled};
 use super::{DeviationParts, FitQuestion, StateFit, bootstrap};
@@ -16,13 +17,9 @@ use supine_space::{Point, Progress};
 const ASIDE: f64 = 0.06;
 /// Farther outside of both the skin is not told by them.
 const BEYOND: f64 = 0.06;
-/// Variance of residuals, (0.4 mm)², over some 60 that tell on their own.
-pub(super) const PRIOR_MM2: f64 = 0.0027;
 /// Attempts before it is given up.
 const ATTEMPTS: usize = 4;
 const ATTEMPTS_BY_TISSUE: usize = 10;
-/// Reach of the loss at the end, mm.
-pub(crate) const REACH_MM: f64 = 4.0;
 /// A point of the skin is seen where a point of the scan lies this near, mm.
 const SEEN_MM: f64 = 6.0;
 /// Mesh and weights, as a share of E: what no residual shows.

@@ -136,7 +136,7 @@ fn facts(patient: &Patient, f: &Figures) -> Vec<(&'static str, String)> {
     }
     let known = f.young_known.as_ref().map(|([low, high], origin)| {
         let from = match origin.as_str() {
-            "literature" => "a guess",
+            "literature" => "not measured",
             "scans" => "by the scans",
             _ => "as given",
         };

@@ -159,6 +159,8 @@ pub(crate) fn example() -> Summary {
         fit: Some(fit()),
         solve: Solve {
             iterations: 6,
+            spring_kpa_mm: Some(0.0123),
+            reload_error_mm: None,
             indefinite: 0,
             load_steps: 1,
             residual: 3.2e-11,

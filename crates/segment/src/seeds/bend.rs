@@ -1,6 +1,7 @@
 //! Seeds that the rib shell contradicts: the shell was found wrong there, and is bent to them.
 
-use super::marks::{Mark, refused};
+use super::marks::Mark;
+use super::refusal::refused;
 use crate::Error;
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;

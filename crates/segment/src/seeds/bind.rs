@@ -1,7 +1,8 @@
 //! What the seeds ask of the surface of the chest wall: hard at their own rays, fading around them.
 
-use super::marks::{Mark, contradiction, refused};
+use super::marks::{Mark, contradiction};
 use super::pull::{Free, Limit, SeedLimit, limits};
+use super::refusal::refused;
 use crate::Error;
 use crate::band::LOWEST_MM;
 use crate::radial_map::{RAYS, RadialMap};

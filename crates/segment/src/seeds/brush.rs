@@ -1,6 +1,6 @@
 //! Strokes of a brush as voxels.
 
-use super::marks::{SKIN_MM, refused};
+use super::refusal::{SKIN_MM, refused};
 use crate::Error;
 use crate::body::flag;
 use crate::scan::Scan;

@@ -1,6 +1,7 @@
 //! The voxels of the seeds, and whether they can be meant.
 
 use super::brush::brushed;
+use super::refusal::{SKIN_MM, refused};
 use super::resample::on_grid;
 use crate::Error;
 use crate::body::flag;
@@ -11,8 +12,6 @@ use supine_volume::{SeedKind, Seeds};
 // Chosen, not measured.
 /// A soft-tissue seed may lie this far outside the body found, mm.
 pub(super) const NEAR_SKIN_MM: f32 = 4.0;
-/// The skin itself is never chest wall, mm.
-pub(super) const SKIN_MM: f32 = 2.0;
 
 /// A voxel of the CT whose tissue the user told.
 #[derive(Clone, Copy, Debug)]
@@ -101,10 +100,6 @@ fn check(scan: Scan<'_>, mark: &Mark) -> Result<(), Error> {
         ball(scan, mark.voxel, NEAR_SKIN_MM, |n| near |= is_body(n));
     }
     if near { Ok(()) } else { Err(refused(mark.kind, mark.point, "lies outside the body".into())) }
-}
-
-pub(super) fn refused(kind: SeedKind, point: Point, why: String) -> Error {
-    Error::Seed { kind: kind.name(), point: point.coords.into(), why }
 }
 
 pub(super) fn contradiction(first: &Mark, second: &Mark, why: &'static str) -> Error {

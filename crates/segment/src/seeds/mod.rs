@@ -8,6 +8,7 @@ mod brush;
 mod effect;
 mod marks;
 mod pull;
+mod refusal;
 mod resample;
 mod stamp;
 

@@ -30,7 +30,7 @@ function drawCase(state) {
 
 /** Whose it is at the head of every printed page: what stands in the banner is on the first alone. @param {(string | false)[]} told */
 function nameOnPaper(told) {
-  const rule = `@page { @top-left { content: "${CSS.escape(told.filter(Boolean).join("  "))}"; } }`;
+  const rule = `@page { @top-left { content: "${CSS.escape(told.filter(Boolean).join(" \u00b7 "))}"; } }`;
   if (rule === paper.rule) return;
   paper.rule = rule;
   paper.sheet.replaceSync(rule);

@@ -1,0 +1,14 @@
+//! What all routes of the server see.
+
+use crate::desk::Desk;
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+
+/// What all routes see.
+#[derive(Clone)]
+pub(crate) struct App {
+    pub(crate) desk: Arc<Desk>,
+    pub(crate) token: Arc<str>,
+    /// Sockets that are open.
+    pub(crate) links: Arc<AtomicUsize>,
+}
