@@ -52,7 +52,7 @@ pub(crate) fn fit(args: args::Fit, screen: &Screen) -> Result<End, Failure> {
             state.rest, state.young_kpa, state.misfit_mm
         ));
     }
-    let first = done.fit.states.first().map_or("", |state| state.rest.as_str());
+    let first = done.fit.states.first().map_or("", |state| state.rest.name());
     lines.push(match (done.fit.decided, done.fit.evidence) {
         (true, None) => format!("rest state: {first}, as the case says"),
         (true, Some(evidence)) => {

@@ -8,7 +8,7 @@ use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::Place;
 use crate::geometry::{MIN_SLICES, leave_out};
 use crate::multi_frame;
-use crate::patient_identity::PatientIdentity;
+use crate::patient_identity::patient_identity;
 use crate::pixel_format::Frame;
 use crate::series_summary::SeriesSummary;
 use crate::slice::Slice;
@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use supine_record::PatientIdentity;
 use supine_space::{Progress, Warning};
 
 /// A slice: a CT file, or a frame of one, with the series it belongs to.
@@ -403,7 +404,7 @@ fn series_head(set: &DataSet) -> SeriesHead {
         uid: set.text(tags::SERIES_INSTANCE_UID),
         description: set.text(tags::SERIES_DESCRIPTION),
         number: set.text(tags::SERIES_NUMBER),
-        whose: PatientIdentity::of(set),
+        whose: patient_identity(set),
         localizer: set.texts(tags::IMAGE_TYPE).get(2).is_some_and(|v| v == "LOCALIZER"),
     }
 }

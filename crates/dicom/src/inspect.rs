@@ -7,7 +7,6 @@ use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::Place;
 use crate::folder::{Folder, Series, kind};
 use crate::geometry::{not_supine, stack};
-use crate::patient_identity::PatientIdentity;
 use crate::plausible::Tally;
 use crate::read::{Opened, SliceFile, shared};
 use crate::slice::Slice;
@@ -18,6 +17,7 @@ use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use supine_record::PatientIdentity;
 use supine_space::{Progress, Warning};
 
 /// What a folder holds. Carries no name, ID or date of a patient.

@@ -87,7 +87,6 @@ pub use object_file::{
     Identifier, NOT_USABLE, ObjectFile, ObjectFiles, Owner, class_name, file_header,
     implementation, implicit_data_set, is_ct, is_registration, is_uid, object_files, syntax_name,
 };
-pub use patient_identity::PatientIdentity;
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, read_series};
 pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};
@@ -101,4 +100,5 @@ pub use structures::{
     Drawing, Line, LineKind, Named, Roi, Structures, StructuresInfo, oddly_drawn, read_structures,
     write_structures,
 };
+pub use supine_record::PatientIdentity;
 pub use verify::{Check, Expected, Original, Verification, verify_export};

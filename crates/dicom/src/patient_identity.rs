@@ -4,63 +4,28 @@ use crate::character_set::readable;
 use crate::data_set::DataSet;
 use crate::source::Source;
 use dicom_dictionary_std::tags;
+use supine_record::PatientIdentity;
 
-/// Whose CT a series is: for the eyes of those who treat her, not for logs, hence no content in its
-/// `Debug`.
-#[derive(Clone, PartialEq, Eq, Default)]
-pub struct PatientIdentity {
-    /// Name, family name first.
-    pub name: String,
-    /// Patient ID.
-    pub id: String,
-    /// Date of birth, as `1960-05-17`.
-    pub born: String,
-    /// Study Description and its date.
-    pub study: String,
-    /// Series Number and Series Description.
-    pub series: String,
-}
-
-impl std::fmt::Debug for PatientIdentity {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("PatientIdentity(..)")
-    }
-}
-
-impl PatientIdentity {
-    /// By the header of a file.
-    pub(crate) fn of(header: &DataSet) -> Self {
-        let text = |tag| readable(header, tag);
-        let joined = |parts: [String; 2]| {
-            let there: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-            there.join(", ")
-        };
-        Self {
-            name: name(&text(tags::PATIENT_NAME)),
-            id: text(tags::PATIENT_ID),
-            born: date(&text(tags::PATIENT_BIRTH_DATE)),
-            study: joined([text(tags::STUDY_DESCRIPTION), date(&text(tags::STUDY_DATE))]),
-            series: joined([text(tags::SERIES_NUMBER), text(tags::SERIES_DESCRIPTION)]),
-        }
-    }
-
-    /// Name, ID, date of birth and study, as far as they are known, in one line.
-    pub fn line(&self) -> String {
-        in_line([&self.name, &self.beside_name()])
-    }
-
-    /// The same without the name.
-    pub fn beside_name(&self) -> String {
-        let Self { id, born, study, .. } = self;
-        let born = if born.is_empty() { String::new() } else { format!("born {born}") };
-        in_line([id, &born, study])
+/// Whose CT a series is, by the header of a file.
+pub(crate) fn patient_identity(header: &DataSet) -> PatientIdentity {
+    let text = |tag| readable(header, tag);
+    let joined = |parts: [String; 2]| {
+        let there: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        there.join(", ")
+    };
+    PatientIdentity {
+        name: name(&text(tags::PATIENT_NAME)),
+        id: text(tags::PATIENT_ID),
+        born: date(&text(tags::PATIENT_BIRTH_DATE)),
+        study: joined([text(tags::STUDY_DESCRIPTION), date(&text(tags::STUDY_DATE))]),
+        series: joined([text(tags::SERIES_NUMBER), text(tags::SERIES_DESCRIPTION)]),
     }
 }
 
 impl Source {
     /// Whose CT it is; what its header lacks is empty.
     pub fn whose(&self) -> PatientIdentity {
-        PatientIdentity::of(&self.slices[0].header)
+        patient_identity(&self.slices[0].header)
     }
 
     /// Study Instance UID.
@@ -76,12 +41,6 @@ impl Source {
         uids.dedup();
         uids
     }
-}
-
-/// What is known of these, in one line.
-fn in_line<const N: usize>(all: [&String; N]) -> String {
-    let known = all.into_iter().filter(|text| !text.is_empty()).map(String::as_str);
-    known.collect::<Vec<_>>().join(" \u{b7} ")
 }
 
 /// A person's name (PS3.5 6.2.1.1): of the alphabetic group family name, given and middle names.
@@ -118,15 +77,6 @@ mod tests {
         assert_eq!(name("=Kanji^Name"), "Kanji, Name");
         assert_eq!(date("19600517"), "1960-05-17");
         assert_eq!(date("1960"), "1960");
-    }
-
-    #[test]
-    fn what_is_known_stands_in_one_line() {
-        let [name, id] = ["Doe, Jane", "7"].map(String::from);
-        let whose =
-            PatientIdentity { name, id, born: "1960-05-17".into(), ..PatientIdentity::default() };
-        assert_eq!(whose.line(), "Doe, Jane \u{b7} 7 \u{b7} born 1960-05-17");
-        assert_eq!(PatientIdentity::default().line(), "");
     }
 
     #[test]

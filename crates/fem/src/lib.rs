@@ -78,9 +78,10 @@ pub use error::Error;
 pub use foundation::{Spring, nodal_springs};
 pub use goal::{GoalErrors, error_shares, goal_errors};
 pub use outcome::Step;
-pub use params::{Cut, Info, Load, Params, RestState, SQUEEZED_DET_F, Tissue, Unloading};
+pub use params::{Info, Load, Params, SQUEEZED_DET_F, Tissue, Unloading};
 pub use quasi_newton::Budget;
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
+pub use supine_record::{Cut, RestState};
 
 pub use sensitivity::{Between, between, sensitivity};
 pub use sequence::Sequence;

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use supine_mesh::Order;
+use supine_record::{Cut, RestState};
 use supine_space::{GRAVITY_M_S2, Point, Vector, Warning};
 
 /// The soft tissue: homogeneous, compressible neo-Hookean.
@@ -47,55 +48,6 @@ impl Tissue {
     /// Weight ρ g per volume, kPa/mm.
     pub fn weight(&self) -> f64 {
         self.density_kg_m3 * GRAVITY_M_S2 * 1e-6
-    }
-}
-
-/// What is taken as stress-free.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RestState {
-    /// The CT shape; the load is the difference of the two gravities.
-    #[default]
-    Net,
-    /// The shape that the CT's gravity deforms into the CT shape; the load is the target's gravity.
-    Unloaded,
-}
-
-impl RestState {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Net, Self::Unloaded];
-
-    /// Name in case files, on the command line, in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Net => "net",
-            Self::Unloaded => "unloaded",
-        }
-    }
-}
-
-/// What happens at the sphere that bounds the region.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Cut {
-    /// No traction: the tissue beyond follows.
-    Free,
-    /// Held.
-    Fixed,
-    /// On springs in place of the tissue beyond: see [`Params::spring_kpa_mm`].
-    #[default]
-    Spring,
-}
-
-impl Cut {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Free, Self::Fixed, Self::Spring];
-
-    /// Name in case files, on the command line, in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Fixed => "fixed",
-            Self::Spring => "spring",
-        }
     }
 }
 

@@ -334,6 +334,12 @@ impl From<supine_space::Stopped> for Error {
     }
 }
 
+impl From<supine_space::SphereError> for Error {
+    fn from(error: supine_space::SphereError) -> Self {
+        Self::Tumour(error.to_string())
+    }
+}
+
 impl Error {
     /// An input that cannot be read, by the key of the case that names it.
     pub(crate) fn file(key: &'static str, source: supine_exchange::Error) -> Self {

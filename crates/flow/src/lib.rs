@@ -46,7 +46,7 @@ pub use error::Error;
 pub use error_facts::Place;
 pub use figures::Figure;
 pub use folder::{FinishedRun, RunFolder};
-pub use live_bed::{Applied, Held, LiveBed};
+pub use live_bed::{Applied, ContactResult, LiveBed};
 pub use live_tissue::{LiveMesh, LiveTissue};
 pub use memory::{CountingAllocator, memory_was_refused};
 pub use node_id::NodeId;
@@ -63,6 +63,6 @@ pub use status::{
     write_status, write_text,
 };
 pub use supine_report::{
-    DoseVolumeHistogram, Ended, PatientIdentity, Reason, RunError, RunStatus, Summary,
-    UncertainPatch, Warning, directions, headline, held, moves, too_wide,
+    DoseVolumeHistogram, Ended, PatientIdentity, Reason, RunError, RunStatus, SphereRecord,
+    Summary, UncertainPatch, Warning, directions, headline, held, moves, too_wide,
 };

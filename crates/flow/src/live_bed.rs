@@ -41,7 +41,7 @@ pub struct Applied {
 
 /// What the tissue does to an applicator, and where the tumour is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Held {
+pub struct ContactResult {
     /// Force, N, LPS.
     pub force_n: Vector,
     /// Moment about the centre of the sphere, N mm, LPS.
@@ -182,7 +182,7 @@ impl LiveBed {
         pose: &Pose,
         tumour: Option<&Point>,
         seen: &[(usize, usize)],
-    ) -> Result<Held, Error> {
+    ) -> Result<ContactResult, Error> {
         let there = self.applicator.take().filter(|(_, of, on)| of == applied && *on == bed);
         let mut held = if let Some(there) = there {
             there
@@ -206,7 +206,7 @@ impl LiveBed {
         // The applicator's own frame is that in which it was put in.
         let there = tumour.and_then(|place| self.carried(place));
         let away = |place: Point| applied.body().distance(&pose.inverse_transform_point(&place));
-        Ok(Held { force_n, moment_n_mm, away_mm: there.map(away) })
+        Ok(ContactResult { force_n, moment_n_mm, away_mm: there.map(away) })
     }
 
     /// Takes the applicator out.

@@ -9,6 +9,7 @@ use crate::spread::{Drawn, Nominal, Rests, middle, quantile};
 use crate::wall::{PatchEffect, Wall};
 use supine_fem::{Body, GoalErrors, RestState, goal_errors};
 use supine_mesh::{BoundaryTag, TetMesh};
+use supine_record::{UncertaintyShare, UncertaintySource};
 use supine_space::{Matrix, Point, Progress, Vector, Warning};
 
 /// Probability with which the intervals hold.
@@ -17,34 +18,6 @@ pub const LEVEL: f64 = 0.95;
 /// answers a tilt without measure and soon has no usable shape: 9.81e-3 x 55 / E > 1.3 on a
 /// synthetic breast of 55 mm.
 const SLACK: f64 = 1.3;
-
-/// What makes the displacement uncertain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// Young's modulus.
-    Modulus,
-    /// The moduli of the tissues in proportion to each other.
-    Tissues,
-    /// The rest state.
-    RestState,
-    /// The place of the chest wall.
-    ChestWall,
-    /// The tissue beyond the sphere that bounds the region.
-    Region,
-    /// The mesh.
-    Mesh,
-}
-
-/// What one source does while the others stay as they are in the run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Share {
-    /// The source.
-    pub source: Source,
-    /// Interval of the displacement's length, mm.
-    pub length_mm: [f64; 2],
-    /// Distance from the run's displacement that is not exceeded, mm.
-    pub within_mm: f64,
-}
 
 /// The displacement in the other rest state, with the run's modulus, or with the one fitted there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +42,7 @@ pub struct TumourInterval {
     /// The displacements as an ellipsoid.
     pub ellipsoid: Ellipsoid,
     /// What each source adds, the widest first.
-    pub shares: Vec<Share>,
+    pub shares: Vec<UncertaintyShare>,
     /// The other rest state; `None` when the modulus was given with its rest state.
     pub other: Option<OtherState>,
     /// The softest modulus with a usable unloaded shape among those tried, kPa; `None` when it was
@@ -159,28 +132,28 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
     let nominal = rests.nominal;
     let cloud = rests.cloud(Drawn::ALL)?;
     let lengths = |cloud: &[Vector]| middle(LEVEL, cloud.iter().map(Vector::norm));
-    let share = |source: Source, drawn: Drawn| -> Result<Share, Error> {
+    let share = |source: UncertaintySource, drawn: Drawn| -> Result<UncertaintyShare, Error> {
         let cloud = rests.cloud(drawn)?;
         let within_mm = within(&cloud, &nominal.displacement);
         // What one source does begins at the value found; whether that is possible at all, the
         // whole interval tells.
         let ([low, high], found) = (lengths(&cloud), nominal.displacement.norm());
-        Ok(Share { source, length_mm: [low.min(found), high.max(found)], within_mm })
+        Ok(UncertaintyShare { source, length_mm: [low.min(found), high.max(found)], within_mm })
     };
     let none = Drawn::default();
     let mut shares = vec![
-        share(Source::Modulus, Drawn { modulus: true, ..none })?,
-        share(Source::Tissues, Drawn { tissues: true, ..none })?,
-        share(Source::RestState, Drawn { rest: true, ..none })?,
-        share(Source::ChestWall, Drawn { wall: true, ..none })?,
-        share(Source::Region, Drawn { region: true, ..none })?,
-        share(Source::Mesh, Drawn { mesh: true, ..none })?,
+        share(UncertaintySource::Modulus, Drawn { modulus: true, ..none })?,
+        share(UncertaintySource::Tissues, Drawn { tissues: true, ..none })?,
+        share(UncertaintySource::RestState, Drawn { rest: true, ..none })?,
+        share(UncertaintySource::ChestWall, Drawn { wall: true, ..none })?,
+        share(UncertaintySource::Region, Drawn { region: true, ..none })?,
+        share(UncertaintySource::Mesh, Drawn { mesh: true, ..none })?,
     ];
     if rests.tissues == Matrix::zeros() {
-        shares.retain(|share| share.source != Source::Tissues);
+        shares.retain(|share| share.source != UncertaintySource::Tissues);
     }
     if rests.beyond == Vector::zeros() {
-        shares.retain(|share| share.source != Source::Region);
+        shares.retain(|share| share.source != UncertaintySource::Region);
     }
     shares.sort_by(|a, b| b.within_mm.total_cmp(&a.within_mm));
     let rest = match nominal.rest {
@@ -211,13 +184,6 @@ fn within(cloud: &[Vector], from: &Vector) -> f64 {
     let [low, high] = middle(LEVEL, cloud.iter().map(Vector::norm));
     let radial = quantile(LEVEL, cloud.iter().map(|v| (v - from).norm()));
     radial.max(high - from.norm()).max(from.norm() - low)
-}
-
-impl Share {
-    /// Width of its interval, mm.
-    pub fn width_mm(&self) -> f64 {
-        self.length_mm[1] - self.length_mm[0]
-    }
 }
 
 /// The sum of the tetrahedra's shares, which adds them as if all had one sign, over what 95 % of

@@ -133,7 +133,7 @@ fn a_guess_makes_a_wide_interval_and_a_measurement_a_narrow_one() {
     let case = case(0.609, RestState::Net);
     let guess = case.ask(ModulusPrior::literature(), 1.0);
     let nominal = guess.displacement.norm();
-    assert_eq!(guess.shares[0].source, Source::Modulus);
+    assert_eq!(guess.shares[0].source, UncertaintySource::Modulus);
     assert!(guess.length_mm[0] < nominal / 3.0 && guess.length_mm[1] > nominal * 2.0, "{guess:?}");
     // In proportion to 1/E, nearly.
     let modulus = guess.shares[0].length_mm;
@@ -227,13 +227,17 @@ fn what_is_beyond_the_region_is_a_source_that_holds_the_whole() {
         let (solved, _) = solve(&body, &whole.load, &whole.params, Progress::none()).unwrap();
         let case = Case { body, load: whole.load, params: whole.params, solved };
         let found = case.ask_at(place, ModulusPrior::given([0.6, 0.62]).unwrap(), 0.1);
-        let share = found.shares.iter().find(|s| s.source == Source::Region).copied().unwrap();
+        let share =
+            found.shares.iter().find(|s| s.source == UncertaintySource::Region).copied().unwrap();
         assert!((found.displacement - truth).norm() < found.within_mm, "{found:?} {truth}");
         share.within_mm
     });
     assert!(shares[1] > 1.3 * shares[0] && shares[0] > 0.0, "{shares:?}");
     let found = whole.ask_at(place, ModulusPrior::given([0.6, 0.62]).unwrap(), 0.1);
-    assert!(found.shares.iter().all(|s| s.source != Source::Region), "nothing is cut off");
+    assert!(
+        found.shares.iter().all(|s| s.source != UncertaintySource::Region),
+        "nothing is cut off"
+    );
 }
 
 /// The tetrahedra with all points where they are kept; new faces where all points lie on the cut.
@@ -276,7 +280,7 @@ fn a_worse_wall_widens_its_share_in_proportion() {
     let prior = ModulusPrior::given([0.85, 0.95]).unwrap();
     let [fine, rough] = [0.5, 1.0].map(|mm| case.ask(prior, mm));
     let width = |found: &TumourInterval| {
-        found.shares.iter().find(|s| s.source == Source::ChestWall).unwrap().width_mm()
+        found.shares.iter().find(|s| s.source == UncertaintySource::ChestWall).unwrap().width_mm()
     };
     assert!(
         (width(&rough) / width(&fine) - 2.0).abs() < 0.05,

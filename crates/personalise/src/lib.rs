@@ -25,7 +25,8 @@ pub use fit::{
     BACK_SHARE, Carried, Choice, DECIDES, DeviationParts, Fit, FitQuestion, Part, Proportions,
     StateFit, Tissues, UPRIGHT_DEG, compare, fit, moduli,
 };
-pub use interval::{LEVEL, OtherState, Share, Source, TumourInterval, tumour_interval};
-pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior, Origin};
+pub use interval::{LEVEL, OtherState, TumourInterval, tumour_interval};
+pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior};
 pub use question::Question;
+pub use supine_record::{ModulusOrigin, UncertaintyShare, UncertaintySource};
 pub use wall::{Patch, PatchEffect};

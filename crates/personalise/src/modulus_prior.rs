@@ -1,6 +1,7 @@
 //! What is known of the modulus before or after it was measured.
 
 use crate::Error;
+use supine_record::ModulusOrigin;
 
 /// Young's moduli (kPa) that were fitted to nine patients in the work this method follows, each as
 /// one tissue, the CT shape taken as free of stress.
@@ -8,17 +9,6 @@ pub const LITERATURE_KPA: [f64; 9] = [0.3, 0.4, 0.5, 0.6, 0.8, 0.9, 1.2, 1.2, 2.
 
 /// Standard deviations on each side of the median that hold 95 % of a normal distribution.
 pub(crate) const NORMAL_95: f64 = 1.959_964;
-
-/// Where a prior comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// Moduli of other patients.
-    Literature,
-    /// An interval that was given.
-    Given,
-    /// Scans of the patient.
-    Scans,
-}
 
 /// A modulus whose logarithm is normally distributed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +46,7 @@ impl LogNormal {
 pub struct ModulusPrior {
     known: LogNormal,
     other: Option<LogNormal>,
-    origin: Origin,
+    origin: ModulusOrigin,
 }
 
 impl ModulusPrior {
@@ -68,7 +58,7 @@ impl ModulusPrior {
         let squares = LITERATURE_KPA.iter().map(|e| (e.ln() - mean).powi(2)).sum::<f64>();
         let spread = (squares / (n - 1.0)).sqrt();
         let known = LogNormal { median_kpa: mean.exp(), spread };
-        Self { known, other: Some(known), origin: Origin::Literature }
+        Self { known, other: Some(known), origin: ModulusOrigin::Literature }
     }
 
     /// That of an interval (kPa) which holds the modulus with 95 % probability.
@@ -81,17 +71,17 @@ impl ModulusPrior {
         }
         let spread = (high / low).ln() / (2.0 * NORMAL_95);
         let known = LogNormal { median_kpa: (low * high).sqrt(), spread };
-        Ok(Self { known, other: None, origin: Origin::Given })
+        Ok(Self { known, other: None, origin: ModulusOrigin::Given })
     }
 
     /// That of a fit to scans, with that in the other rest state where the scans do not tell which
     /// holds.
     pub fn fitted(known: LogNormal, other: Option<LogNormal>) -> Self {
-        Self { known, other, origin: Origin::Scans }
+        Self { known, other, origin: ModulusOrigin::Scans }
     }
 
     /// Where it comes from.
-    pub fn origin(&self) -> Origin {
+    pub fn origin(&self) -> ModulusOrigin {
         self.origin
     }
 

@@ -2,11 +2,12 @@
 
 use crate::Error;
 use crate::curve::Curve;
-use crate::modulus_prior::{LogNormal, ModulusPrior, Origin};
+use crate::modulus_prior::{LogNormal, ModulusPrior};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use supine_fem::RestState;
+use supine_record::ModulusOrigin;
 use supine_space::{Matrix, Vector};
 
 /// Draws: the ends of an interval of 95 % are then known to a hundredth of its width.
@@ -87,7 +88,7 @@ impl Rests<'_> {
     /// The modulus of a rest state when it is not drawn: the run's, but a fitted one belongs to its
     /// state.
     pub(crate) fn nominal_kpa(&self, rest: RestState) -> f64 {
-        match self.prior.origin() == Origin::Scans && rest != self.nominal.rest {
+        match self.prior.origin() == ModulusOrigin::Scans && rest != self.nominal.rest {
             true => self.known(rest).median_kpa(),
             false => self.nominal.kpa,
         }

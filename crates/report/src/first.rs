@@ -8,6 +8,7 @@ use crate::summary::{Colour, Reason, Summary, TumourInterval, UncertainPatch, Wa
 use crate::tables::Table;
 use crate::verdict::held;
 use crate::words::{capital, directions, fixed, triple};
+use supine_record::{ModulusOrigin, UncertaintySource};
 
 /// What stands above everything.
 pub(crate) const BANNER: &str = "DERIVED, SIMULATED IMAGES. Not acquired, research software. Compare with the source CT \
@@ -94,7 +95,7 @@ pub fn headline(s: &Summary) -> String {
 /// Within the tolerance, and on what that rests.
 fn green(s: &Summary) -> String {
     let given = s.tumour_interval.as_ref().map(|interval| &interval.modulus);
-    given.filter(|modulus| modulus.origin == "given").map_or(
+    given.filter(|modulus| modulus.origin == ModulusOrigin::Given).map_or(
         "Green: within the tolerance".into(),
         |modulus| {
             let [low, high] = modulus.young_kpa.map(|kpa| fixed(kpa, 2));
@@ -152,17 +153,20 @@ fn shares(s: &Summary) -> Option<Table> {
     };
     let mut t = Table::list(title, &["Source", "Tumour moves, mm", "Off by up to, mm"]);
     for share in &interval.shares {
-        let source = match (share.source.as_str(), modulus.origin.as_str()) {
-            ("modulus", "literature") => {
+        use UncertaintySource as Of;
+        let source = match (share.source, modulus.origin) {
+            (Of::Modulus, ModulusOrigin::Literature) => {
                 format!("Modulus: not measured, {low} to {high} kPa as in nine published patients")
             }
-            ("modulus", "scans") => format!("Modulus: {low} to {high} kPa by the scans"),
-            ("modulus", _) => format!("Modulus: {low} to {high} kPa as given"),
-            ("rest_state", _) => rest_state(interval),
-            ("tissues", _) => "Tissues: gland, skin and tumour in proportion to fat".into(),
-            ("chest_wall", _) => "Chest wall: its place in the CT".into(),
-            ("region", _) => "Region: the tissue beyond its sphere".into(),
-            _ => "Mesh: its coarseness".into(),
+            (Of::Modulus, ModulusOrigin::Scans) => {
+                format!("Modulus: {low} to {high} kPa by the scans")
+            }
+            (Of::Modulus, ModulusOrigin::Given) => format!("Modulus: {low} to {high} kPa as given"),
+            (Of::RestState, _) => rest_state(interval),
+            (Of::Tissues, _) => "Tissues: gland, skin and tumour in proportion to fat".into(),
+            (Of::ChestWall, _) => "Chest wall: its place in the CT".into(),
+            (Of::Region, _) => "Region: the tissue beyond its sphere".into(),
+            (Of::Mesh, _) => "Mesh: its coarseness".into(),
         };
         let [low, high] = share.length_mm.map(|mm| fixed(mm, 1));
         t.rows.push(vec![source, format!("{low} to {high}"), fixed(share.within_mm, 1)]);
@@ -172,9 +176,11 @@ fn shares(s: &Summary) -> Option<Table> {
 
 fn rest_state(interval: &TumourInterval) -> String {
     let Some(other) = &interval.other_rest else {
-        return match interval.modulus.origin.as_str() {
-            "scans" => "Rest state: by the scans, or as the case says".into(),
-            _ => "Rest state: as given with the modulus".into(),
+        return match interval.modulus.origin {
+            ModulusOrigin::Scans => "Rest state: by the scans, or as the case says".into(),
+            ModulusOrigin::Literature | ModulusOrigin::Given => {
+                "Rest state: as given with the modulus".into()
+            }
         };
     };
     if other.displacement_mm.is_some() {
@@ -298,7 +304,8 @@ mod tests {
     fn green_by_an_interval_of_the_case_says_so() {
         let mut summary = example();
         if let Some(interval) = &mut summary.tumour_interval {
-            (interval.modulus.origin, interval.modulus.young_kpa) = ("given".into(), [0.8, 1.0]);
+            (interval.modulus.origin, interval.modulus.young_kpa) =
+                (ModulusOrigin::Given, [0.8, 1.0]);
         }
         summary.verdict.colour = Colour::Green;
         let first = First::new(&summary);

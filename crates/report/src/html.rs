@@ -7,7 +7,7 @@ use crate::pictures::Part;
 use crate::place::{self, Place};
 use crate::tables::{self, Table};
 use crate::verdict::notes;
-use crate::{Mesh, PatientIdentity, Summary, dose_volume, tg132, words};
+use crate::{Mesh, PatientIdentity, Summary, dose_volume, patient_identity, tg132, words};
 use askama::Template;
 use base64::Engine;
 use std::borrow::Cow;
@@ -87,7 +87,7 @@ pub(crate) fn page(
     Page {
         summary,
         whose: whose.map(PatientIdentity::known).unwrap_or_default(),
-        printed: whose.map(PatientIdentity::printed).unwrap_or_default(),
+        printed: whose.map(patient_identity::printed).unwrap_or_default(),
         first: First::new(summary),
         notes: notes(summary),
         key: tables::key(summary),

@@ -46,13 +46,13 @@ pub use cohort::{Figures, PICTURES, Patient, TABLE_HEAD, cohort_page, cohort_tab
 pub use error::Error;
 pub use files::write_summary;
 pub use first::{headline, moves};
-pub use patient_identity::PatientIdentity;
 pub use pdf::pdf;
 pub use provenance::provenance;
 pub use scan_tables::{write_evaluation_table, write_fit_table};
 pub use scene::{Scene, Shown};
 pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, advice_for, status_schema};
 pub use summary::*;
+pub use supine_record::PatientIdentity;
 pub use verdict::{TOLERANCE_MM, held, too_wide, verdict};
 pub use volumes::volume_changes;
 pub use words::directions;

@@ -16,12 +16,16 @@ mod warning;
 pub use agreement::{Agreement, SkinAgreement};
 pub use evaluation::{EvaluatedSurface, Evaluation, SkinDistances};
 pub use fit::{DeviationParts, FitStep, FittedTissues, OneModulus, ScanFit, StateFit, TissueFit};
-pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
+pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval};
 pub use moved::{
-    CarriedObject, CarriedPoint, CarriedRegion, Consistency, DenseThing, DoseVolumeCurve,
-    DoseVolumeHistogram, Jacobian, Movement, VolumeChange, Warp,
+    CarriedObject, CarriedPoint, CarriedRegion, DenseThing, DoseVolumeCurve, DoseVolumeHistogram,
+    Jacobian, Movement, VolumeChange, Warp,
 };
 pub use run::{Link, Run, SourceSeries, StageTime};
+pub use supine_record::{
+    Consistency, Curved, Cut, ModulusOrigin, QualityCheck, RestState, SphereRecord,
+    UncertaintyShare, UncertaintySource,
+};
 pub use verdict::{Colour, Reason, Status, Verdict};
 pub use warning::Warning;
 pub(crate) use warning::is_not;
@@ -127,7 +131,7 @@ pub struct Position {
     /// The operating table.
     pub bed: Bed,
     /// The tumour in the CT; `None` when the case names none.
-    pub tumour: Option<Ball>,
+    pub tumour: Option<SphereRecord>,
 }
 
 /// The tilt of the operating table.
@@ -139,15 +143,6 @@ pub struct Bed {
     pub lat_deg: f64,
     /// Direction of gravity in the patient's frame, unit vector, LPS.
     pub gravity: [f64; 3],
-}
-
-/// A ball.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Ball {
-    /// Centre, LPS, mm.
-    pub centre_mm: [f64; 3],
-    /// Radius, mm.
-    pub radius_mm: f64,
 }
 
 /// A file or folder that was read.
@@ -191,12 +186,12 @@ pub struct Tissue {
     pub poisson: f64,
     /// Density, kg/m³.
     pub density_kg_m3: f64,
-    /// Rest state: `net` (the CT shape is stress-free) or `unloaded` (stress-free shape sought).
-    pub rest: String,
+    /// What is taken as stress-free.
+    pub rest: RestState,
     /// Element order: 1 linear, 2 quadratic.
     pub order: u8,
-    /// Condition at the cut: `free`, `fixed` or `spring`.
-    pub cut: String,
+    /// Condition at the cut.
+    pub cut: Cut,
 }
 
 /// Moduli that differ from tissue to tissue, kPa.
@@ -286,25 +281,6 @@ pub struct Segmentation {
     pub quality_checks: Vec<QualityCheck>,
     /// Finer tissues; `None` when the case did not ask for them.
     pub tissues: Option<Tissues>,
-}
-
-/// A figure that the whole case was judged by.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct QualityCheck {
-    /// What was measured.
-    pub what: String,
-    /// Its unit.
-    pub unit: String,
-    /// The figure.
-    pub value: f64,
-    /// Whether the limits are maxima (or minima).
-    pub at_most: bool,
-    /// Beyond it there is a warning; `None` when the figure alone never warns.
-    pub warns: Option<f64>,
-    /// Beyond it the case is refused; `None` when the figure alone never refuses.
-    pub refuses: Option<f64>,
-    /// Whether it refuses only together with another figure marked so.
-    pub jointly: bool,
 }
 
 /// Fat, gland and other tissues. Nothing is computed from them.
@@ -428,19 +404,6 @@ pub struct Mesh {
     /// Curved sides on skin and chest wall; absent when all are straight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curved: Option<Curved>,
-}
-
-/// Nodes that lie off the straight mesh so that elements follow skin and chest wall.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Curved {
-    /// How many.
-    pub nodes: usize,
-    /// Those that do not reach their surface, for the sake of an element.
-    pub shortened: usize,
-    /// Their mean distance from the straight mesh, mm.
-    pub mean_mm: f64,
-    /// The largest, mm.
-    pub max_mm: f64,
 }
 
 /// How far the faces of one tag lie from the surface they follow: the skin or chest wall of the

@@ -2,6 +2,7 @@
 
 use crate::words::{capital, count, directions, fixed, triple};
 use crate::{Mesh, Movement, QualityCheck, Summary, Tissues, VolumeChange, WallUncertainty};
+use supine_record::RestState;
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -69,7 +70,7 @@ pub(crate) fn key(s: &Summary) -> Table {
             kpa(tissue.young_kpa),
             if tissue.moduli.is_some() { " in the mean, by tissue," } else { "" },
             tissue.rest,
-            rest(&tissue.rest),
+            rest(tissue.rest),
             order(tissue.order),
         ),
     );
@@ -102,11 +103,10 @@ fn turned(angle: f64, positive: &str, negative: &str) -> String {
     }
 }
 
-fn rest(name: &str) -> &str {
-    match name {
-        "net" => "the CT shape is taken as free of stress",
-        "unloaded" => "the stress-free shape was sought",
-        _ => "as named",
+fn rest(state: RestState) -> &'static str {
+    match state {
+        RestState::Net => "the CT shape is taken as free of stress",
+        RestState::Unloaded => "the stress-free shape was sought",
     }
 }
 
@@ -214,11 +214,11 @@ fn tissue(s: &Summary) -> Table {
         let [min, max] = [m.min_kpa, m.max_kpa].map(|e| fixed(e, 2));
         t.row("Of the tetrahedra", format!("{min} to {max} kPa; the modulus above is their mean"));
     }
-    t.row("Rest state", p.tissue.rest.clone());
+    t.row("Rest state", p.tissue.rest.to_string());
     t.row("Poisson's ratio", p.tissue.poisson.to_string());
     t.row("Density", format!("{} kg/m³", p.tissue.density_kg_m3));
     t.row("Elements", order(p.tissue.order).into());
-    t.row("At the cut", p.tissue.cut.clone());
+    t.row("At the cut", p.tissue.cut.to_string());
     t.row("Region centre", place(p.region.centre_mm));
     let source = if p.region.proposed { "proposed by the tool" } else { "given" };
     t.row("Region radius", format!("{} mm, {source}", fixed(p.region.radius_mm, 1)));

@@ -3,6 +3,7 @@
 use crate::summary::{Colour, Reason, Summary, TissueFit, TumourInterval, Verdict, Warning};
 use crate::tg132;
 use crate::words::{count, fixed};
+use supine_record::{ModulusOrigin, UncertaintySource};
 
 /// How far off the tumour's place may be for green unless another distance is asked for, mm.
 pub const TOLERANCE_MM: f64 = 2.0;
@@ -209,20 +210,20 @@ fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
         reasons.push(reason(Colour::Red, "outside-interval", text));
     }
     // One source alone can do more than all: with the other rest state soft tissue is ruled out.
-    let of = |source: &str| {
+    let of = |source: UncertaintySource| {
         let share = interval.shares.iter().find(|share| share.source == source);
         share.map(|share| share.within_mm.min(interval.within_mm))
     };
-    if interval.modulus.origin == "literature" {
+    if interval.modulus.origin == ModulusOrigin::Literature {
         let [low, high] = interval.modulus.young_kpa;
         let text = format!(
             "The stiffness of this breast was not measured. With the moduli published of other patients \
              ({} to {} kPa) the tumour lies up to {} mm from the place shown.",
             fixed(low, 2),
             fixed(high, 2),
-            fixed(of("modulus").unwrap_or(0.0), 1)
+            fixed(of(UncertaintySource::Modulus).unwrap_or(0.0), 1)
         );
-        let effect_mm = of("modulus");
+        let effect_mm = of(UncertaintySource::Modulus);
         reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "tissue-is-a-guess", text) });
     }
     reasons.extend(summary.fit.iter().flat_map(fit));
@@ -356,7 +357,7 @@ mod tests {
         summary.warnings.clear();
         summary.segmentation.uncertainty = None;
         if let Some(interval) = &mut summary.tumour_interval {
-            interval.modulus.origin = "given".into();
+            interval.modulus.origin = ModulusOrigin::Given;
             interval.within_mm = 1.5;
         }
         summary

@@ -52,8 +52,8 @@ pub(crate) struct Jump {
     pub(crate) reach: usize,
 }
 
-/// Rays walked before the first one that counts, so that the ring has no seam (reference, section
-/// 4).
+/// Rays walked before the first one that counts, so that the ring has no seam
+/// (docs/SEGMENTATION.md, Why a surface).
 const WARM: usize = 60;
 
 /// The summed path costs of every (slice, ray, level).

@@ -7,8 +7,8 @@ use crate::radial_map::RadialMap;
 use crate::scan::{Heights, Scan};
 use crate::smoothing::smoothed;
 
-/// Heights searched: from `LOWEST_MM` outside the shell in steps of `STEP_MM` (reference, section
-/// 4, step 6).
+/// Heights searched: from `LOWEST_MM` outside the shell in steps of `STEP_MM`
+/// (docs/SEGMENTATION.md, step 6).
 pub(crate) const LOWEST_MM: f32 = -10.0;
 pub(crate) const STEP_MM: f32 = 0.5;
 /// Smoothing (sigma) per HU of noise, and its bounds, mm. Chosen, not measured.

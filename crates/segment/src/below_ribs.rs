@@ -6,7 +6,8 @@ use crate::radial_map::{RADII, RAYS, RadialMap, Rays, START_MM};
 use crate::scan::Scan;
 use supine_volume::median;
 
-// Chosen, not measured: without ribs there is no truth to measure against (reference, section 5).
+// Chosen, not measured: without ribs there is no truth to measure against (docs/SEGMENTATION.md,
+// Traps).
 /// Bone deeper than this below the expected shell is not a rib (spine, contrast in a kidney), mm.
 const TOO_DEEP_MM: f32 = 12.0;
 /// The distance under the skin follows the ribs with this length, mm.

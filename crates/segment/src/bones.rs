@@ -18,13 +18,14 @@ const CARTILAGE: f32 = 1.2;
 /// Least volume of a bone, cm³ (the same).
 const BONE_CM3: f64 = 1.5;
 /// The thorax reaches from side to side and from front to back over this middle of the bones:
-/// single voxels beyond do not count (reference, section 4, step 2).
+/// single voxels beyond do not count (docs/SEGMENTATION.md, step 2).
 const OUTERMOST: [f32; 2] = [0.01, 0.99];
 /// Its axis lies at this share of the way from front to back (the same).
 const TO_BACK: f32 = 0.55;
 /// Least area of bone in a slice that tells where the thorax is, mm². Chosen, not measured.
 const BONE_AREA_MM2: f32 = 80.0;
-/// Slices with bone that are needed (reference, section 8: proposed there, not measured).
+/// Slices with bone that are needed (docs/SEGMENTATION.md, How doubt is found: proposed there, not
+/// measured).
 const BONE_SLICES: usize = 6;
 
 /// Marks bones and cartilage in the flags of the body.

@@ -2,13 +2,13 @@
 //!
 //! Measured on contours read from six real CTs, on the surfaces found there and on others that were
 //! made wrong on purpose (by weights of the search that no CT supports): the share of rays around
-//! without an edge, and how little the ray itself looks like the end of muscle ([`crate::shape_mismatch`]),
-//! add to a doubt. A place is as doubtful as what lies beside it, for where the surface leaves the
-//! right edge it takes some way along the slice, and more so beside a step of the surface (free
-//! borders of muscle, clefts). Compared on these six: with what lies beside, the same share of
-//! right places called uncertain holds 88 of 100 that are more than 2 mm off, and 67 without; what
-//! else was tried along the rays (other edges near, dense tissue farther out, fat farther in, steps
-//! across slices) told no more.
+//! without an edge, and how little the ray itself looks like the end of muscle
+//! ([`crate::shape_mismatch`]), add to a doubt. A place is as doubtful as what lies beside it, for
+//! where the surface leaves the right edge it takes some way along the slice, and more so beside a
+//! step of the surface (free borders of muscle, clefts). Compared on these six: with what lies
+//! beside, the same share of right places called uncertain holds 88 of 100 that are more than 2 mm
+//! off, and 67 without; what else was tried along the rays (other edges near, dense tissue farther
+//! out, fat farther in, steps across slices) told no more.
 
 use crate::body::flag;
 use crate::frame::Frame;

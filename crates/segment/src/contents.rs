@@ -6,10 +6,10 @@ use crate::body::flag;
 use crate::paint::Outline;
 use crate::pieces::{Amount, amount};
 use crate::plane::{fill_holes, near};
-use crate::quality_check::QualityCheck;
 use crate::radial_map::RAYS;
 use crate::scan::Scan;
 use rayon::prelude::*;
+use supine_record::QualityCheck;
 use supine_space::Warning;
 use supine_volume::{LabelMap, Parts, Run, label};
 

@@ -17,7 +17,7 @@ const LUNG_MEAN_HU: f64 = -970.0;
 /// Least volume of the lungs together and of the body, litres.
 pub(crate) const LUNGS_L: f64 = 0.3;
 const BODY_L: f64 = 3.0;
-/// Sheets and leads thinner than twice this are taken off the body, mm (reference, section 4, step
+/// Sheets and leads thinner than twice this are taken off the body, mm (docs/SEGMENTATION.md, step
 /// 1).
 const OPENING_MM: f32 = 3.0;
 /// A way along pixels is at most this much longer than the straight one: by steps to eight

@@ -6,7 +6,7 @@ use crate::plane::near;
 use rayon::prelude::*;
 use supine_volume::{Ct, Parts};
 
-/// Metal: above this level (reference, section 4, step 1), smaller than this, and reaching as near
+/// Metal: above this level (docs/SEGMENTATION.md, step 1), smaller than this, and reaching as near
 /// to the skin as no bone does (both chosen, not measured).
 const METAL_HU: i16 = 500;
 const METAL_CM3: f64 = 10.0;
@@ -16,8 +16,8 @@ const METAL_DEPTH_MM: f32 = 3.0;
 /// the skin of three other CTs had been taken off.
 const METAL_LARGE_CM3: f64 = 1.0;
 const METAL_TOUCHES: f32 = 1.5;
-/// Gel and plastic, 100 to 200 HU (reference, section 9): above this level, looked for this deep;
-/// skin reaches it in spots.
+/// Gel and plastic, 100 to 200 HU (docs/SEGMENTATION.md, Traps): above this level, looked for this
+/// deep; skin reaches it in spots.
 const GEL_HU: i16 = 90;
 const GEL_DEPTH_MM: f32 = 6.0;
 /// Above this level, which no nipple reaches (with contrast medium about 110 HU and noise), lie

@@ -2,8 +2,8 @@
 
 use crate::Error;
 use crate::frame::Frame;
-use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
+use supine_record::QualityCheck;
 use supine_volume::Ct;
 
 // But for the share of air, chosen, not measured.

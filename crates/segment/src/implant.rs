@@ -14,7 +14,7 @@ use std::sync::Arc;
 use supine_volume::{Ct, Parts, Run};
 
 // Chosen, not measured: tried on implants of 105 and 5 HU in the phantom of the tests; no CT of a
-// patient with implants was there to measure on (reference, section 10).
+// patient with implants was there to measure on (docs/SEGMENTATION.md, Traps).
 /// Noise and the texture of gland are smoothed away in the slice before levels are compared, mm.
 const SMOOTH_MM: f32 = 2.5;
 /// Saline and silicone, HU; muscle, gland and fat lie between and below.

@@ -4,9 +4,9 @@ use crate::Params;
 use crate::body::Device;
 use crate::find_body::LUNGS_L;
 use crate::levels::{Levels, MIN_CONTRAST_HU};
-use crate::quality_check::QualityCheck;
 use crate::scan::Scan;
 use crate::{radial_map, wall};
+use supine_record::QualityCheck;
 use supine_space::Warning;
 
 /// What was found and what the user should look at.
@@ -89,8 +89,8 @@ pub(crate) fn info(
 /// flooded a breast.
 const EDGE_SHARE: f64 = 0.7;
 
-/// Least distance of the levels and the level of muscle that are usual, HU (reference, section 8:
-/// proposed there; measured are 143 to 163 and 32 to 54).
+/// Least distance of the levels and the level of muscle that are usual, HU (docs/SEGMENTATION.md,
+/// How doubt is found: proposed there; measured are 143 to 163 and 32 to 54).
 const USUAL_CONTRAST_HU: f64 = 110.0;
 const USUAL_MUSCLE_HU: std::ops::RangeInclusive<f64> = 30.0..=75.0;
 

@@ -12,7 +12,7 @@ use std::ops::Range;
 use supine_volume::Ct;
 
 /// Search ranges of the two modes, HU. Measured: fat -97 to -111, muscle 46 to 54, 32 beside an
-/// effusion (reference, sections 4 and 9).
+/// effusion (docs/SEGMENTATION.md, step 5 and Traps).
 const FAT_HU: Range<f32> = -160.0..-50.0;
 const MUSCLE_HU: Range<f32> = 15.0..110.0;
 /// Before any surface is known, muscle is looked for this deep under the skin of the back and fat
@@ -24,7 +24,7 @@ const APART_MM: f32 = 10.0;
 /// Least difference that allows to tell them apart, HU. Chosen, not measured.
 pub(crate) const MIN_CONTRAST_HU: f32 = 60.0;
 
-/// No muscle is denser than its mode by more than this, HU (reference, section 4, step 6).
+/// No muscle is denser than its mode by more than this, HU (docs/SEGMENTATION.md, step 6).
 const DENSEST_HU: f32 = 60.0;
 
 /// From muscle to gland, HU (the same).

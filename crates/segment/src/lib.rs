@@ -6,11 +6,10 @@
 //! inside and gland outside (`wall`). Both surfaces are one radius per ray from the axis, found
 //! by semi-global aggregation (`aggregate`). The user's seeds bind that surface (`seeds`).
 //!
-//! Numbers: "reference, section n" is a section of the design's `reference/segment.md`, where the
-//! method was built and measured on the fixture, three synthetic patients and the real CT
-//! breast-flt013 with contours (mean distances of the wall there, mm). Constants that name no
-//! source were chosen, not measured; that the whole works with them is measured in
-//! docs/VERIFICATION.md, "Segmentation".
+//! Numbers: docs/SEGMENTATION.md describes the method step by step, with what was measured when it
+//! was built, on the fixture, three synthetic patients and the real CT breast-flt013 with contours.
+//! Constants that name no source were chosen, not measured; that the whole works with them is
+//! measured in docs/VERIFICATION.md, "Segmentation".
 
 mod aggregate;
 mod band;
@@ -47,7 +46,6 @@ mod params;
 mod pieces;
 mod plane;
 mod posture;
-mod quality_check;
 mod radial_map;
 mod region_check;
 mod rib_evidence;
@@ -82,11 +80,11 @@ pub use info::Info;
 pub use labels_error::LabelsError;
 pub use nipple::Nipple;
 pub use params::Params;
-pub use quality_check::{Bound, QualityCheck};
 pub use region_check::{BreastPlace, RegionCheck, check_region};
 pub use seeds::check_seeds_lie_in;
 pub use segmentation::Segmentation;
 pub use segmenter::Segmenter;
+pub use supine_record::QualityCheck;
 pub use supine_volume::{SeedKind, Seeds};
 pub use supplied::take_labels;
 pub use tissues::{TissueInfo, TissueShare, tissue_shares, tissues};

@@ -9,7 +9,7 @@ use crate::scan::Scan;
 use rayon::prelude::*;
 use supine_volume::{Run, gaussian_rows, slice_kernel};
 
-/// Smoothing that tells homogeneous muscle from gland: in the slice (reference, section 4, step 6)
+/// Smoothing that tells homogeneous muscle from gland: in the slice (docs/SEGMENTATION.md, step 6)
 /// and across, mm.
 const SMOOTH_MM: f32 = 2.0;
 const SMOOTH_Z_MM: f32 = 1.5;

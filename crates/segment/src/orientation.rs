@@ -14,9 +14,9 @@ use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
 use crate::plane::near;
-use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
+use supine_record::QualityCheck;
 use supine_space::Warning;
 use supine_volume::{Ct, median};
 

@@ -9,8 +9,8 @@
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
-use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
+use supine_record::QualityCheck;
 use supine_space::Warning;
 use supine_volume::{Ct, Parts};
 

@@ -4,7 +4,7 @@ use crate::frame::Frame;
 use rayon::prelude::*;
 use supine_volume::{median, ranked, slice_kernel, weigh};
 
-/// Rays per turn (reference, section 4).
+/// Rays per turn (docs/SEGMENTATION.md, Why a surface).
 pub(crate) const RAYS: usize = 360;
 
 /// Radii searched: from `START_MM` in steps of 1 mm (the same, step 4); the ends were chosen, not

@@ -2,10 +2,10 @@
 //! look.
 
 use crate::breast::MISSING_SHARE;
-use crate::quality_check::QualityCheck;
 use crate::uncertainty::WallUncertainty;
 use crate::{Breast, Error, UNCERTAIN_MM};
 use rayon::prelude::*;
+use supine_record::QualityCheck;
 use supine_space::{Point, Side, Sphere, Warning};
 use supine_volume::{Ct, Field, LabelMap, Volume, distance_mm, label};
 
@@ -42,7 +42,7 @@ const THIN_MM: f64 = 14.0;
 /// measured of whole breasts and of missing ones (see [`MISSING_SHARE`]).
 const UNEVEN_SHARE: f64 = 0.6;
 /// Share of the boundary, or area of one place, that may be uncertain before a look is asked for.
-/// Chosen, not measured (reference, section 8, proposed 10 cm²).
+/// Chosen, not measured (docs/SEGMENTATION.md, How doubt is found, proposed 10 cm²).
 const UNCERTAIN_SHARE: f64 = 0.1;
 const UNCERTAIN_CM2: f64 = 8.0;
 

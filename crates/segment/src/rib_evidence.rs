@@ -6,7 +6,7 @@ use crate::plane::Between;
 use crate::radial_map::{RADII, START_MM};
 use crate::scan::Scan;
 
-// Costs and reaches of the reference, section 4, step 4, unless another source is named.
+// Costs and reaches of docs/SEGMENTATION.md, step 4, unless another source is named.
 /// Reward for the outer edge of a bone that has soft tissue behind it. Chosen, not measured.
 pub(crate) const EDGE: f32 = 4.0;
 /// Cost per mm of bone beyond the shell, counted to this many mm; of cartilage as much, by how

@@ -9,7 +9,6 @@ use crate::levels::Levels;
 use crate::orientation::Orientation;
 use crate::paint::Outline;
 use crate::posture::Posture;
-use crate::quality_check::QualityCheck;
 use crate::radial_map::{RadialMap, Rays};
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
@@ -22,6 +21,7 @@ use crate::{
     implant, info, whole_chest,
 };
 use std::sync::Arc;
+use supine_record::QualityCheck;
 use supine_space::{Progress, Warning};
 use supine_volume::{Ct, Field, LabelMap, SeedKind, Surfaces, Volume, label};
 

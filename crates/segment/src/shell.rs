@@ -13,15 +13,17 @@ use crate::scan::Scan;
 use crate::smoothing::{SMOOTH_MM, smoothed};
 use supine_space::Progress;
 
-// Costs and reaches of the reference, section 4, step 4, unless another source is named.
+// Costs and reaches of docs/SEGMENTATION.md, step 4, unless another source is named.
 /// Cost per mm of jump between rays 1 degree apart, and mm allowed (this chosen, not measured).
 const JUMP: f32 = 0.5;
 const JUMP_MM: f32 = 4.0;
 /// In front: cost per mm of lying deeper than the slack inside the hull of the first solution.
-/// Needed where a bright heart lies behind a wall with little bone (reference, sections 4 and 9).
+/// Needed where a bright heart lies behind a wall with little bone (docs/SEGMENTATION.md, step 5
+/// and Traps).
 const HULL: f32 = 1.0;
 const HULL_SLACK_MM: f32 = 6.0;
-/// Slices with ribs that are needed (reference, section 8: proposed there, not measured).
+/// Slices with ribs that are needed (docs/SEGMENTATION.md, How doubt is found: proposed there, not
+/// measured).
 const RIB_SLICES: usize = 6;
 
 /// Where no ribs are: cost per mm of departure from the expected shell, up to a cap. Chosen, not

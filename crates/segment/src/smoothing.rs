@@ -4,7 +4,7 @@ use crate::frame::Frame;
 use std::ops::Range;
 use supine_volume::{Ct, gaussian_rows};
 
-/// Smoothing before any level is compared, mm (reference, section 4, step 3).
+/// Smoothing before any level is compared, mm (docs/SEGMENTATION.md, step 3).
 pub(crate) const SMOOTH_MM: f32 = 0.9;
 
 /// A slice in f32, padding and metal clamped, smoothed in its plane.

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use supine_space::Progress;
 use supine_volume::Run;
 
-// Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named.
+// Costs and reaches of docs/SEGMENTATION.md, step 6, unless another source is named.
 /// Cost per mm of departure from the expected thickness, beyond a slack and up to a cap. Measured:
 /// without it a dense breast is flooded (20 mm on a synthetic patient).
 const THICKNESS: f32 = 0.1;

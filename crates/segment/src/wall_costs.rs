@@ -4,7 +4,7 @@ use crate::Weights;
 use crate::band::{Band, STEP_MM, height};
 use crate::levels::Levels;
 
-// Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named;
+// Costs and reaches of docs/SEGMENTATION.md, step 6, unless another source is named;
 // what is weighed is in [`Weights`].
 /// What differs over the ribs and below them.
 #[derive(Clone, Copy)]

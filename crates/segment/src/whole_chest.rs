@@ -4,9 +4,9 @@
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
-use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
+use supine_record::QualityCheck;
 use supine_space::Side;
 use supine_volume::{Field, median};
 

@@ -6,6 +6,7 @@ use crate::complex::Class;
 use crate::domain::Domain;
 use rayon::prelude::*;
 use supine_mesh::{Displacement, Edges, TET_EDGES, TetMesh};
+use supine_record::Curved;
 use supine_space::Vector;
 
 /// No node moves farther than this share of its (shortest) edge: what lies farther off is no bulge
@@ -16,19 +17,6 @@ const FARTHEST: f64 = 0.2;
 const MIN_RATIO: f64 = 0.3;
 /// Offsets around a bad element are halved so often, then left out.
 const HALVINGS: usize = 5;
-
-/// What was curved.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Curving {
-    /// Nodes that lie off the straight mesh.
-    pub moved: usize,
-    /// Those that lie less far off it than the surface does, for the sake of an element.
-    pub shortened: usize,
-    /// Mean and largest distance of the moved nodes from the straight mesh, mm.
-    pub mean_mm: f64,
-    /// The largest.
-    pub max_mm: f64,
-}
 
 impl Domain {
     /// How far the nodes of quadratic elements lie off the points and edge middles of `mesh` when
@@ -41,7 +29,7 @@ impl Domain {
     ///
     /// # Errors
     /// When an offset is not finite.
-    pub fn curved(&self, mesh: &TetMesh) -> Result<(Displacement, Curving), Error> {
+    pub fn curved(&self, mesh: &TetMesh) -> Result<(Displacement, Curved), Error> {
         let edges = Edges::new(mesh);
         let full = self.offsets(mesh, &edges);
         let moves: Vec<bool> = full.iter().map(|o| *o != Vector::zeros()).collect();
@@ -147,14 +135,14 @@ fn min_ratio(offsets: &Displacement, mesh: &TetMesh, edges: &Edges, tet: usize) 
     corners.chain(middles).chain(inner).map(ratio).fold(f64::INFINITY, f64::min)
 }
 
-fn told(offsets: &Displacement, share: &[f64], moves: &[bool]) -> Curving {
+fn told(offsets: &Displacement, share: &[f64], moves: &[bool]) -> Curved {
     let of_surfaces = || (0..share.len()).filter(|&n| moves[n]);
     let lengths = || of_surfaces().map(|n| offsets.values()[n].norm());
-    let moved = of_surfaces().count();
-    Curving {
-        moved,
+    let nodes = of_surfaces().count();
+    Curved {
+        nodes,
         shortened: of_surfaces().filter(|&n| share[n] < 1.0).count(),
-        mean_mm: if moved > 0 { lengths().sum::<f64>() / moved as f64 } else { 0.0 },
+        mean_mm: if nodes > 0 { lengths().sum::<f64>() / nodes as f64 } else { 0.0 },
         max_mm: lengths().fold(0.0, f64::max),
     }
 }

@@ -68,7 +68,6 @@ mod tests;
 mod winding;
 
 pub use coarsen::coarsen;
-pub use curved::Curving;
 pub use deviation::Deviation;
 pub use domain::Domain;
 pub use error::{Error, SolidError};
@@ -77,6 +76,7 @@ pub use params::{Params, Piece};
 pub use peers::Shell;
 pub use refinement::{Near, Refinement};
 pub use solids::Solids;
+pub use supine_record::Curved;
 
 use supine_mesh::TetMesh;
 use supine_space::Progress;

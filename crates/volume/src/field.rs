@@ -4,7 +4,7 @@ use crate::{Ct, Volume, distance_mm};
 use rayon::prelude::*;
 use supine_space::{Grid, Matrix, Point, Vector};
 
-/// Values below are padding, not air (-2048 on chest-lidc0001; reference, section 9).
+/// Values below are padding, not air (-2048 on chest-lidc0001; docs/SEGMENTATION.md, Traps).
 const PADDING_HU: i16 = -1100;
 /// Padding that was replaced by air lies below this, HU.
 const FILL_HU: i16 = -900;

@@ -3,34 +3,9 @@
 
 use crate::Fields;
 use rayon::prelude::*;
+use supine_record::Consistency;
 use supine_space::{Grid, Vector};
 use supine_volume::Volume;
-
-/// How far places come out from where they should, over some voxels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Consistency {
-    /// Voxels that count.
-    pub voxels: usize,
-    /// Mean, mm.
-    pub mean_mm: f64,
-    /// 99 % lie below this, mm.
-    pub p99_mm: f64,
-    /// Largest, mm.
-    pub max_mm: f64,
-}
-
-impl Consistency {
-    fn of(mut errors: Vec<f64>) -> Option<Self> {
-        errors.par_sort_unstable_by(f64::total_cmp);
-        let max_mm = *errors.last()?;
-        Some(Self {
-            voxels: errors.len(),
-            mean_mm: errors.iter().sum::<f64>() / errors.len() as f64,
-            p99_mm: errors[(errors.len() - 1) * 99 / 100],
-            max_mm,
-        })
-    }
-}
 
 /// How well `ct_to_deformed` and `deformed_to_ct` undo each other: forward, then backward, how far
 /// from where it began a voxel of the CT comes out. `None` when nothing moves.
@@ -47,7 +22,7 @@ pub fn consistency(fields: &Fields) -> Option<Consistency> {
         let back = within(back, grid.index_from_patient(&there))?;
         Some((u + back).norm())
     };
-    Consistency::of(fields.forward().filter_map(error).collect())
+    of_errors(fields.forward().filter_map(error).collect())
 }
 
 /// How well a reader follows `deformed_to_ct` who has `vectors` in its place, on a coarser grid
@@ -62,7 +37,7 @@ pub fn interpolation_error(vectors: &Volume<[f32; 3]>, fields: &Fields) -> Optio
         let place = vectors.grid().index_from_patient(&grid.centre(voxel));
         (between(vectors, place) - Vector::from(to.map(f64::from))).norm()
     };
-    Consistency::of(fields.backward().map(error).collect())
+    of_errors(fields.backward().map(error).collect())
 }
 
 /// Trilinear sample of a field at a continuous index; `None` where a neighbour lies outside the
@@ -104,4 +79,16 @@ fn between(vectors: &Volume<[f32; 3]>, index: [f64; 3]) -> Vector {
         sum += Vector::from(value.map(f64::from)) * share.product::<f64>();
     }
     sum
+}
+
+/// Mean, 99 % and largest of the errors of some voxels, mm; nothing of none.
+fn of_errors(mut errors: Vec<f64>) -> Option<Consistency> {
+    errors.par_sort_unstable_by(f64::total_cmp);
+    let max_mm = *errors.last()?;
+    Some(Consistency {
+        voxels: errors.len(),
+        mean_mm: errors.iter().sum::<f64>() / errors.len() as f64,
+        p99_mm: errors[(errors.len() - 1) * 99 / 100],
+        max_mm,
+    })
 }

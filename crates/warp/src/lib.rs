@@ -62,7 +62,7 @@ mod undeformed;
 mod tests;
 
 pub use beyond::beyond_field_mm3;
-pub use consistency::{Consistency, consistency, interpolation_error};
+pub use consistency::{consistency, interpolation_error};
 pub use contours::carry_contours;
 pub use dense::{Dense, DenseFate, keep_dense};
 pub use dose::{CarriedDose, DoseTotals, carry_dose, density, dose_totals};
@@ -80,6 +80,7 @@ pub use params::Params;
 pub use points::carry_points;
 pub use resampling::{MovingPart, cell_mm, moving_part, resampling};
 pub use slices::contours as surface_contours;
+pub use supine_record::Consistency;
 pub use surface::{Carried, carry_surface, carry_vertices};
 
 use crate::{collar::Skin, fade::Prepared, map::Map, pieces::Pieces};

@@ -2,11 +2,11 @@
 //! along, and whether one of their regions is the tumour.
 
 use crate::Error;
-use crate::desk::{Desk, Held};
 use crate::edit::{Edits, OneEdit};
-use crate::job::Watching;
+use crate::job::JobObserver;
 use crate::roots::name_of;
 use crate::state::{BesideShown, Problem};
+use crate::workspace::{OpenCase, Workspace};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use supine_flow::{CarriedKind, Lane, NodeId, Request, Session, tumour_centre, tu
 
 /// An object that lies beside the CT.
 #[derive(Clone, Debug)]
-pub(crate) struct Beside {
+pub(crate) struct AdjacentObject {
     kind: CarriedKind,
     path: PathBuf,
     /// Regions of a structure set.
@@ -40,7 +40,7 @@ pub(crate) struct Region {
     region: String,
 }
 
-impl Beside {
+impl AdjacentObject {
     pub(crate) fn new(kind: CarriedKind, path: PathBuf) -> Self {
         // A file that cannot be read has no regions; that it cannot, is told when it is to be
         // carried.
@@ -52,7 +52,7 @@ impl Beside {
     }
 }
 
-impl Desk {
+impl Workspace {
     /// Lets the case carry an object along, or not.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl Desk {
 
     /// Reads the objects that the case carries along, and moves them where that takes no longer
     /// work; what is wrong with them is told and ends nothing.
-    pub(crate) fn read_objects(&self, session: &Session, watching: &Watching, lane: Lane) {
+    pub(crate) fn read_objects(&self, session: &Session, watching: &JobObserver, lane: Lane) {
         if session.case().carried.is_empty() {
             return;
         }
@@ -114,8 +114,8 @@ impl Desk {
     }
 }
 
-impl Held {
-    fn beside_of(&self, id: &str) -> Result<&Beside, Error> {
+impl OpenCase {
+    fn beside_of(&self, id: &str) -> Result<&AdjacentObject, Error> {
         let one = id.parse().ok().and_then(|n: usize| self.beside.get(n));
         one.ok_or(Error::NotBelow)
     }
@@ -128,7 +128,7 @@ impl Held {
             case.carried.iter().map(|file| spec.folder().join(&file.path)).collect();
         for (file, path) in case.carried.iter().zip(&carried) {
             if !self.beside.iter().any(|one| one.path == *path) {
-                self.beside.push(Beside::new(file.kind, path.clone()));
+                self.beside.push(AdjacentObject::new(file.kind, path.clone()));
             }
         }
         let shown = self.beside.iter().enumerate().map(|(n, one)| BesideShown {

@@ -1,11 +1,11 @@
 //! The live picture of the table: what the page asks for, and the frame that it gets.
 
 use crate::Error;
-use crate::desk::Desk;
-use crate::job::Watching;
+use crate::job::JobObserver;
 use crate::region::Over;
 use crate::show::preview_differs;
 use crate::state::{Readiness, ViewShown, views};
+use crate::workspace::Workspace;
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Instant;
@@ -65,7 +65,7 @@ struct Gone {
 
 /// A question.
 #[derive(Clone, Debug)]
-pub(crate) enum Asked {
+pub(crate) enum PreviewRequest {
     Table(Table),
     Applicator(Box<Applicator>),
 }
@@ -74,7 +74,7 @@ pub(crate) enum Asked {
 #[derive(Clone)]
 pub(crate) struct BedWish {
     pub(crate) session: Arc<Session>,
-    pub(crate) asked: Asked,
+    pub(crate) asked: PreviewRequest,
     pub(crate) to: Frames,
 }
 
@@ -85,7 +85,7 @@ pub(crate) struct Previewed {
     pub(crate) tumour: Option<Point>,
 }
 
-impl Asked {
+impl PreviewRequest {
     fn planes(&self) -> &[(String, usize)] {
         match self {
             Self::Table(table) => &table.planes,
@@ -136,7 +136,7 @@ impl Applicator {
     }
 }
 
-impl Desk {
+impl Workspace {
     /// Makes a frame, with the preview that is kept or a new one.
     ///
     /// # Errors
@@ -145,7 +145,7 @@ impl Desk {
         &self,
         kept: &mut Option<LiveBed>,
         wish: &BedWish,
-        watching: &Watching,
+        watching: &JobObserver,
     ) -> Result<(), Error> {
         let BedWish { session, asked, to } = wish;
         let pose = asked.pose()?;
@@ -160,7 +160,7 @@ impl Desk {
             Some((grids.iter().find(|view| view.is(name))?.normal(), *slice))
         };
         let seen: Vec<_> = asked.planes().iter().filter_map(number).collect();
-        if let Asked::Applicator(applicator) = asked
+        if let PreviewRequest::Applicator(applicator) = asked
             && applicator.followed
         {
             bed.take_out();
@@ -171,12 +171,12 @@ impl Desk {
         }
         let centre = session.tumour_sphere().map(|tumour| tumour.centre());
         let held = match asked {
-            Asked::Table(_) => {
+            PreviewRequest::Table(_) => {
                 bed.take_out();
                 session.on_live(|| bed.turn(pose, &seen))?;
                 None
             }
-            Asked::Applicator(applicator) => {
+            PreviewRequest::Applicator(applicator) => {
                 let (applied, moved) = (applicator.applied()?, applicator.moved());
                 Some(self.hold(bed, session, (&applied, pose), &moved, &seen)?)
             }
@@ -247,7 +247,7 @@ impl Desk {
         applied: (&Applied, BedPose),
         moved: &Pose,
         seen: &[(usize, usize)],
-    ) -> Result<supine_flow::Held, Error> {
+    ) -> Result<supine_flow::ContactResult, Error> {
         let show = |state: Readiness, message: Option<String>| {
             self.change(|held| {
                 let shown = &mut held.state.preview_applicator;
@@ -278,7 +278,7 @@ impl Desk {
         &self,
         kept: &mut Option<LiveBed>,
         session: &Session,
-        watching: &Watching,
+        watching: &JobObserver,
     ) -> Result<(), Error> {
         let is_of = kept.as_mut().is_some_and(|bed| bed.is_of(session).unwrap_or(false));
         if !is_of {
@@ -289,7 +289,7 @@ impl Desk {
         Ok(())
     }
 
-    fn new_preview(&self, session: &Session, watching: &Watching) -> Result<LiveBed, Error> {
+    fn new_preview(&self, session: &Session, watching: &JobObserver) -> Result<LiveBed, Error> {
         let show = |state: Readiness, message: Option<String>, tetrahedra: Option<usize>| {
             self.change(|held| {
                 let shown = &mut held.state.preview_bed;

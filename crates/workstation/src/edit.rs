@@ -1,11 +1,11 @@
 //! Changes of the case: each is checked, on disk and told before the next.
 
 use crate::Error;
-use crate::desk::{Desk, Held};
 use crate::open::{run_command, shown_case};
 use crate::roots::name_of;
 use crate::state::{PreviewShown, Readiness, State};
 use crate::unsaved::Kept;
+use crate::workspace::{OpenCase, Workspace};
 use serde::Deserialize;
 use std::sync::Arc;
 use supine_flow::spec::{Edit, Kind, TABLE, set_argument};
@@ -40,7 +40,7 @@ pub(crate) struct Tick {
 /// The state that a page saw when it asked.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Seen {
+pub(crate) struct SeenVersion {
     revision: u64,
 }
 
@@ -59,7 +59,7 @@ pub(crate) enum Way {
     Forth,
 }
 
-impl Desk {
+impl Workspace {
     /// Makes changes of the case that the page sent. Files are no values that it may type: it names
     /// them by the numbers that were given out, and can only take them away here.
     ///
@@ -119,7 +119,7 @@ impl Desk {
     ///
     /// # Errors
     /// As [`Self::edit`].
-    pub(crate) fn history(self: &Arc<Self>, seen: Seen, way: Way) -> Result<(), Error> {
+    pub(crate) fn history(self: &Arc<Self>, seen: SeenVersion, way: Way) -> Result<(), Error> {
         self.change_case(seen.revision, |held| {
             held.edited.clear();
             let case = held.case.as_mut().ok_or(Error::Nothing)?;
@@ -130,7 +130,7 @@ impl Desk {
     fn change_case(
         self: &Arc<Self>,
         seen: u64,
-        change: impl FnOnce(&mut Held) -> Result<Option<supine_flow::Spec>, Error>,
+        change: impl FnOnce(&mut OpenCase) -> Result<Option<supine_flow::Spec>, Error>,
     ) -> Result<(), Error> {
         let session = self.held().session.clone().ok_or(Error::Nothing)?;
         let (taken_over, done) = self.change(|held| {
@@ -188,7 +188,7 @@ fn without_ticks(text: &str) -> String {
 /// A tumour that is placed is no region of a structure set any more.
 const OF_A_REGION: [&str; 2] = ["tumour.structure", "tumour.file"];
 
-impl Held {
+impl OpenCase {
     /// Edits with those that follow from them: the side of a tumour that is placed, as long as
     /// nobody has set one.
     fn with_what_follows(&mut self, mut edits: Vec<Edit>, placed: Option<[f64; 3]>) -> Vec<Edit> {

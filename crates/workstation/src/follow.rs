@@ -3,8 +3,8 @@
 //! for a host's name is bounded.
 
 use crate::Error;
-use crate::desk::Desk;
 use crate::navigation::{AnswerShown, Ear, Heard, Mood, REGION, STALE};
+use crate::workspace::Workspace;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
@@ -82,7 +82,7 @@ impl Navigation {
 /// What the page asks for.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Asked {
+pub(crate) struct FollowRequest {
     /// `HOST:PORT`.
     address: String,
 }
@@ -187,12 +187,12 @@ impl Following {
     }
 }
 
-impl Desk {
+impl Workspace {
     /// Follows the navigation at an address; another one is left.
     ///
     /// # Errors
     /// When the address is none, or nothing is open whose navigation it could be.
-    pub(crate) fn follow(self: &Arc<Self>, asked: &Asked) -> Result<(), Error> {
+    pub(crate) fn follow(self: &Arc<Self>, asked: &FollowRequest) -> Result<(), Error> {
         let address = address(&asked.address)?;
         // Held until the following has begun: a case that is opened meanwhile leaves it after.
         let held = self.held();
@@ -203,8 +203,8 @@ impl Desk {
         let next = Navigation { phase, address: named, ..Navigation::default() };
         let (run, stop) = self.following.renew(next);
         drop(held);
-        let desk = Arc::clone(self);
-        std::thread::spawn(move || follow(&desk.following, run, &address, &stop));
+        let workspace = Arc::clone(self);
+        std::thread::spawn(move || follow(&workspace.following, run, &address, &stop));
         Ok(())
     }
 

@@ -7,7 +7,7 @@
 
 /// What a request says of where it comes from.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct RequestOrigin<'a> {
     pub(crate) path: &'a str,
     /// Of `Host`, `Origin`, `Sec-Fetch-Site`, `Authorization`, as they are sent.
     pub(crate) host: Option<&'a str>,
@@ -37,7 +37,7 @@ const LINK: &str = "/api/link";
 ///
 /// # Errors
 /// Why not.
-pub(crate) fn admit(asked: &Asked<'_>, token: &str) -> Result<(), Refusal> {
+pub(crate) fn admit(asked: &RequestOrigin<'_>, token: &str) -> Result<(), Refusal> {
     let host = asked.host.filter(|host| is_loopback(host)).ok_or(Refusal::Host)?;
     let own = asked.origin.map(|origin| origin.strip_prefix("http://") == Some(host));
     match own {
@@ -85,13 +85,13 @@ mod tests {
 
     const TOKEN: &str = "0123456789abcdef";
 
-    fn page() -> Asked<'static> {
-        Asked { path: "/", host: Some("127.0.0.1:4711"), ..Asked::default() }
+    fn page() -> RequestOrigin<'static> {
+        RequestOrigin { path: "/", host: Some("127.0.0.1:4711"), ..RequestOrigin::default() }
     }
 
-    fn api() -> Asked<'static> {
+    fn api() -> RequestOrigin<'static> {
         let authorization = Some("Bearer 0123456789abcdef");
-        Asked {
+        RequestOrigin {
             path: "/api/state",
             authorization,
             site: Some("same-origin"),
@@ -102,12 +102,15 @@ mod tests {
 
     #[test]
     fn the_page_and_its_own_requests_pass() {
-        let tunnel =
-            Asked { host: Some("localhost:9000"), origin: Some("http://localhost:9000"), ..api() };
-        let old_browser = Asked { site: None, origin: None, ..api() };
-        let redirected = Asked { site: Some("cross-site"), ..page() };
-        let six = Asked { host: Some("[::1]:80"), ..page() };
-        let socket = Asked { path: LINK, authorization: None, site: None, ..api() };
+        let tunnel = RequestOrigin {
+            host: Some("localhost:9000"),
+            origin: Some("http://localhost:9000"),
+            ..api()
+        };
+        let old_browser = RequestOrigin { site: None, origin: None, ..api() };
+        let redirected = RequestOrigin { site: Some("cross-site"), ..page() };
+        let six = RequestOrigin { host: Some("[::1]:80"), ..page() };
+        let socket = RequestOrigin { path: LINK, authorization: None, site: None, ..api() };
         for asked in [page(), api(), tunnel, old_browser, redirected, six, socket] {
             assert_eq!(admit(&asked, TOKEN), Ok(()), "{asked:?}");
         }
@@ -116,29 +119,45 @@ mod tests {
     #[test]
     fn the_table_of_refused_requests() {
         let table = [
-            (Asked { host: None, ..api() }, Refusal::Host),
-            (Asked { host: Some("evil.example:4711"), origin: None, ..api() }, Refusal::Host),
-            // A name that was bound anew: host and origin agree.
+            (RequestOrigin { host: None, ..api() }, Refusal::Host),
             (
-                Asked { host: Some("evil.example"), origin: Some("http://evil.example"), ..api() },
+                RequestOrigin { host: Some("evil.example:4711"), origin: None, ..api() },
                 Refusal::Host,
             ),
-            (Asked { host: Some("127.0.0.1.evil.example"), ..page() }, Refusal::Host),
-            (Asked { host: Some("192.168.0.7:4711"), ..page() }, Refusal::Host),
+            // A name that was bound anew: host and origin agree.
+            (
+                RequestOrigin {
+                    host: Some("evil.example"),
+                    origin: Some("http://evil.example"),
+                    ..api()
+                },
+                Refusal::Host,
+            ),
+            (RequestOrigin { host: Some("127.0.0.1.evil.example"), ..page() }, Refusal::Host),
+            (RequestOrigin { host: Some("192.168.0.7:4711"), ..page() }, Refusal::Host),
             // Another program on the machine.
-            (Asked { origin: Some("http://127.0.0.1:5000"), ..api() }, Refusal::Origin),
-            (Asked { origin: Some("http://localhost:4711"), ..api() }, Refusal::Origin),
-            (Asked { origin: Some("https://127.0.0.1:4711"), ..api() }, Refusal::Origin),
-            (Asked { origin: Some("null"), ..page() }, Refusal::Origin),
-            (Asked { site: Some("same-site"), ..api() }, Refusal::Origin),
-            (Asked { site: Some("none"), ..api() }, Refusal::Origin),
-            (Asked { path: LINK, origin: None, ..api() }, Refusal::Origin),
-            (Asked { path: LINK, origin: Some("http://127.0.0.1:5000"), ..api() }, Refusal::Origin),
-            (Asked { authorization: None, ..api() }, Refusal::Token),
-            (Asked { authorization: Some("Bearer "), ..api() }, Refusal::Token),
-            (Asked { authorization: Some("0123456789abcdef"), ..api() }, Refusal::Token),
-            (Asked { authorization: Some("Bearer 0123456789abcdeg"), ..api() }, Refusal::Token),
-            (Asked { authorization: Some("Bearer 0123456789abcdef0"), ..api() }, Refusal::Token),
+            (RequestOrigin { origin: Some("http://127.0.0.1:5000"), ..api() }, Refusal::Origin),
+            (RequestOrigin { origin: Some("http://localhost:4711"), ..api() }, Refusal::Origin),
+            (RequestOrigin { origin: Some("https://127.0.0.1:4711"), ..api() }, Refusal::Origin),
+            (RequestOrigin { origin: Some("null"), ..page() }, Refusal::Origin),
+            (RequestOrigin { site: Some("same-site"), ..api() }, Refusal::Origin),
+            (RequestOrigin { site: Some("none"), ..api() }, Refusal::Origin),
+            (RequestOrigin { path: LINK, origin: None, ..api() }, Refusal::Origin),
+            (
+                RequestOrigin { path: LINK, origin: Some("http://127.0.0.1:5000"), ..api() },
+                Refusal::Origin,
+            ),
+            (RequestOrigin { authorization: None, ..api() }, Refusal::Token),
+            (RequestOrigin { authorization: Some("Bearer "), ..api() }, Refusal::Token),
+            (RequestOrigin { authorization: Some("0123456789abcdef"), ..api() }, Refusal::Token),
+            (
+                RequestOrigin { authorization: Some("Bearer 0123456789abcdeg"), ..api() },
+                Refusal::Token,
+            ),
+            (
+                RequestOrigin { authorization: Some("Bearer 0123456789abcdef0"), ..api() },
+                Refusal::Token,
+            ),
         ];
         for (asked, why) in table {
             assert_eq!(admit(&asked, TOKEN), Err(why), "{asked:?}");

@@ -1,34 +1,34 @@
 //! Work of the session as the page sees it.
 
-use crate::desk::Desk;
 use crate::state::{StageShown, WarningShown};
+use crate::workspace::Workspace;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use supine_flow::{NodeId, Observer, Warning};
 
 /// Tells the page of the stages, and answers whether the work may go on.
-pub(crate) struct Watching {
-    desk: Arc<Desk>,
+pub(crate) struct JobObserver {
+    workspace: Arc<Workspace>,
     cancel: Arc<AtomicBool>,
     /// Whether it goes on beside the work that was asked for.
     beside: bool,
     began: Instant,
 }
 
-impl Watching {
-    pub(crate) fn new(desk: Arc<Desk>, cancel: Arc<AtomicBool>) -> Self {
-        Self { desk, cancel, beside: false, began: Instant::now() }
+impl JobObserver {
+    pub(crate) fn new(workspace: Arc<Workspace>, cancel: Arc<AtomicBool>) -> Self {
+        Self { workspace, cancel, beside: false, began: Instant::now() }
     }
 
     /// The same of work that goes on beside.
-    pub(crate) fn beside(desk: Arc<Desk>, cancel: Arc<AtomicBool>) -> Self {
-        Self { desk, cancel, beside: true, began: Instant::now() }
+    pub(crate) fn beside(workspace: Arc<Workspace>, cancel: Arc<AtomicBool>) -> Self {
+        Self { workspace, cancel, beside: true, began: Instant::now() }
     }
 
     /// Tells how far work is that is no stage's.
     pub(crate) fn work(&self, share: f64) {
-        self.desk.change_often(|held| {
+        self.workspace.change_often(|held| {
             if let Some(job) = &mut held.state.job {
                 job.share = share;
             }
@@ -36,25 +36,26 @@ impl Watching {
     }
 
     fn forget_warnings(&self, node: NodeId) {
-        self.desk.change(|held| held.state.warnings.retain(|known| known.stage != node.name()));
+        self.workspace
+            .change(|held| held.state.warnings.retain(|known| known.stage != node.name()));
     }
 
     fn log(&self, node: NodeId, text: String) {
         let began = self.began;
-        self.desk.change_often(|held| held.tell(began, node.name(), text));
+        self.workspace.change_often(|held| held.tell(began, node.name(), text));
     }
 
     /// Changes a stage that is shown; what others do is shown by the work as a whole.
     fn stage(&self, node: NodeId, change: impl FnOnce(&mut StageShown), often: bool) {
-        let change = |held: &mut crate::desk::Held| {
+        let change = |held: &mut crate::workspace::OpenCase| {
             let stages = &mut held.state.stages;
             stages.iter_mut().find(|stage| stage.name == node.name()).map(change);
         };
-        if often { self.desk.change_often(change) } else { self.desk.change(change) }
+        if often { self.workspace.change_often(change) } else { self.workspace.change(change) }
     }
 }
 
-impl Observer for Watching {
+impl Observer for JobObserver {
     fn begin(&self, node: NodeId) {
         // What goes on beside may be given up at any time: it shows only what it has finished.
         if self.beside {
@@ -75,7 +76,7 @@ impl Observer for Watching {
             self.stage(node, |stage| stage.share = Some(share), true);
             return self.work(share);
         }
-        self.desk.change_often(|held| {
+        self.workspace.change_often(|held| {
             held.state.live.share = Some(share);
             held.state.preview_bed.share = Some(share);
         });
@@ -97,7 +98,7 @@ impl Observer for Watching {
             code: warning.code.clone(),
             message: warning.message.clone(),
         };
-        self.desk.change(|held| {
+        self.workspace.change(|held| {
             if !held.state.warnings.iter().any(|known| known.id == shown.id) {
                 held.state.warnings.push(shown);
                 held.show_ticks();

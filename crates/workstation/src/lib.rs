@@ -2,8 +2,8 @@
 //! on one's own machine.
 //!
 //! A server on loopback hands out the page and the voxels, and tells of each change; the page cuts
-//! the slices. Who may ask is decided in `guard` alone; `desk` owns what is open; the method lies
-//! in the flow's session.
+//! the slices. Who may ask is decided in `guard` alone; `workspace` owns what is open; the method
+//! lies in the flow's session.
 
 #![expect(
     clippy::disallowed_methods,
@@ -16,7 +16,6 @@ mod bed;
 mod body;
 mod browser;
 mod bytes;
-mod desk;
 mod doors;
 mod edit;
 mod error;
@@ -41,11 +40,11 @@ mod state;
 mod surface;
 mod unsaved;
 mod whose;
+mod workspace;
 
 pub use error::Error;
 
 use app::App;
-use desk::Desk;
 use doors::{Doors, Guest};
 use routes::router;
 use std::net::Ipv4Addr;
@@ -56,6 +55,7 @@ use std::time::{Duration, Instant};
 use supine_dicom_network::Node;
 use supine_flow::Start;
 use tokio::net::TcpListener;
+use workspace::Workspace;
 
 /// How often is asked whether the program may go on.
 const LOOK: Duration = Duration::from_millis(200);
@@ -105,7 +105,7 @@ pub trait Host {
 /// When there is nothing at the path, or no port.
 pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
     let path = given.path.canonicalize().map_err(|e| Error::unreadable(&given.path, e))?;
-    let desk = Desk::new(root(&path), given.threads, given.start.clone())?;
+    let workspace = Workspace::new(root(&path), given.threads, given.start.clone())?;
     let port = |source| Error::Port { port: given.port, source };
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(port)?;
@@ -115,11 +115,15 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
         let address =
             format!("http://127.0.0.1:{}/#{token}", listener.local_addr().map_err(port)?.port());
         let links = Arc::<AtomicUsize>::default();
-        let app = App { desk: Arc::clone(&desk), token: token.into(), links: Arc::clone(&links) };
-        desk.name_nodes(&given.nodes);
-        desk.keep_unsaved(given.unsaved.clone());
-        desk.start(&path, given.look_through)?;
-        desk.look_at_the_file();
+        let app = App {
+            workspace: Arc::clone(&workspace),
+            token: token.into(),
+            links: Arc::clone(&links),
+        };
+        workspace.name_nodes(&given.nodes);
+        workspace.keep_unsaved(given.unsaved.clone());
+        workspace.start(&path, given.look_through)?;
+        workspace.look_at_the_file();
         host.address(&address);
         // The file is there as long as the page.
         let _page = given.browser.then(|| browser::open(&address)).transpose();
@@ -134,7 +138,7 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
             () = ended(host, &links) => Ok(()),
         }
     });
-    desk.close();
+    workspace.close();
     // What still reads for a page that is gone is not waited for.
     runtime.shutdown_timeout(LOOK);
     served

@@ -1,7 +1,7 @@
 //! The socket by which the page is told of each change.
 
 use crate::app::App;
-use crate::bed::{Applicator, Asked, Frames, Table};
+use crate::bed::{Applicator, Frames, PreviewRequest, Table};
 use crate::doors::Guest;
 use crate::follow::Navigation;
 use crate::guard::is_same;
@@ -61,11 +61,11 @@ async fn serve(app: App, guest: Guest, mut socket: WebSocket) {
 /// Tells the newest state, the newest of a navigation, and frames of the table, until the page
 /// goes. Never more than one is under way: what changes meanwhile is told at once after.
 async fn tell(app: &App, socket: &mut WebSocket) {
-    let mut states = app.desk.watched();
+    let mut states = app.workspace.watched();
     let frames = Frames::new(None);
     let mut pictures = frames.subscribe();
     states.mark_changed();
-    let mut navigations = app.desk.following.watched();
+    let mut navigations = app.workspace.following.watched();
     if navigations.borrow().is_on() {
         navigations.mark_changed();
     }
@@ -95,9 +95,9 @@ async fn tell(app: &App, socket: &mut WebSocket) {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(Message::Text(text))) => {
                     match serde_json::from_str(&text) {
-                        Ok(Said::Bed(asked)) => app.desk.tilt(Asked::Table(asked), &frames),
+                        Ok(Said::Bed(asked)) => app.workspace.tilt(PreviewRequest::Table(asked), &frames),
                         Ok(Said::Applicator(asked)) => {
-                            app.desk.tilt(Asked::Applicator(asked), &frames);
+                            app.workspace.tilt(PreviewRequest::Applicator(asked), &frames);
                         }
                         Err(_) => {}
                     }

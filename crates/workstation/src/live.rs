@@ -2,10 +2,10 @@
 //! live, and the CT is made ready for a brush.
 
 use crate::Error;
-use crate::bed::{Asked, BedWish, Frames};
-use crate::desk::Desk;
-use crate::job::Watching;
+use crate::bed::{BedWish, Frames, PreviewRequest};
+use crate::job::JobObserver;
 use crate::state::{Problem, Readiness};
+use crate::workspace::Workspace;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use supine_flow::{Lane, LiveBed, NodeId, Request, Session};
@@ -89,7 +89,7 @@ impl Live {
     }
 }
 
-impl Desk {
+impl Workspace {
     /// Makes the labels of a session's seeds, for somebody looks at them.
     pub(crate) fn follow_seeds(self: &Arc<Self>, session: &Arc<Session>) {
         self.want(Wish::Labels, |wanted| wanted.labels = Some(Arc::clone(session)));
@@ -101,7 +101,7 @@ impl Desk {
     }
 
     /// Tilts the table for a page.
-    pub(crate) fn tilt(self: &Arc<Self>, asked: Asked, to: &Frames) {
+    pub(crate) fn tilt(self: &Arc<Self>, asked: PreviewRequest, to: &Frames) {
         let Some(session) = self.held().session.clone() else { return };
         let wish = BedWish { session, asked, to: to.clone() };
         self.want(Wish::Bed, |wanted| wanted.bed = Some(wish));
@@ -113,8 +113,8 @@ impl Desk {
         wanted.interrupt(wish);
         if wanted.doing.is_none() {
             wanted.doing = Some((wish, Arc::default()));
-            let desk = Arc::clone(self);
-            std::thread::spawn(move || desk.work_beside());
+            let workspace = Arc::clone(self);
+            std::thread::spawn(move || workspace.work_beside());
         }
     }
 
@@ -133,7 +133,7 @@ impl Desk {
                 (next, stop)
             };
             let wish = next.wish();
-            let watching = Watching::beside(Arc::clone(self), stop);
+            let watching = JobObserver::beside(Arc::clone(self), stop);
             // What fails here must not end the following of seeds for ever.
             let work = std::panic::AssertUnwindSafe(|| self.do_beside(&next, &watching));
             let done = std::panic::catch_unwind(work).unwrap_or(Err(Error::Broken));
@@ -154,7 +154,7 @@ impl Desk {
         }
     }
 
-    fn do_beside(&self, next: &Next, watching: &Watching) -> Result<(), Error> {
+    fn do_beside(&self, next: &Next, watching: &JobObserver) -> Result<(), Error> {
         match next {
             Next::Labels(session) => self.make_labels(session, watching),
             Next::Bed(wish) => self.preview(&mut self.kept_bed(), wish, watching),
@@ -162,7 +162,7 @@ impl Desk {
         }
     }
 
-    fn make_ready(&self, session: &Session, watching: &Watching) -> Result<(), Error> {
+    fn make_ready(&self, session: &Session, watching: &JobObserver) -> Result<(), Error> {
         self.read_objects(session, watching, Lane::Live);
         if !session.is_fresh(NodeId::Prepare) {
             self.make_segmenter(session, watching)?;
@@ -179,7 +179,7 @@ impl Desk {
         Ok(())
     }
 
-    fn make_segmenter(&self, session: &Session, watching: &Watching) -> Result<(), Error> {
+    fn make_segmenter(&self, session: &Session, watching: &JobObserver) -> Result<(), Error> {
         let show = |ready: Readiness| self.change(|held| held.state.live.segmenter = ready);
         show(Readiness::Preparing);
         let request = Request { observer: watching, lane: Lane::Live, ..Request::default() };
@@ -193,7 +193,7 @@ impl Desk {
     }
 
     /// The labels first, for somebody looks at them; then what is known of their border.
-    fn make_labels(&self, session: &Session, watching: &Watching) -> Result<(), Error> {
+    fn make_labels(&self, session: &Session, watching: &JobObserver) -> Result<(), Error> {
         let request = Request { observer: watching, lane: Lane::Live, ..Request::default() };
         session.labels(&request)?;
         self.change(|held| {

@@ -1,16 +1,15 @@
 //! Opening a folder, a series, a case or a run, and bringing stages up to date.
 
 use crate::Error;
-use crate::adjacent::Beside;
+use crate::adjacent::AdjacentObject;
 use crate::body::body;
 use crate::bytes::Voxels;
-use crate::desk::{Desk, Held};
-use crate::job::Watching;
+use crate::job::JobObserver;
 use crate::roots::{is_case, is_run, name_of};
 use crate::send::words;
-use crate::show::ball;
 use crate::state::{CaseShown, InspectionShown, Phase, ResultShown, VerifiedShown, stages, views};
 use crate::unsaved::{Kept, Record};
+use crate::workspace::{OpenCase, Workspace};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -25,7 +24,7 @@ use supine_flow::{
 /// What the page opens, by the numbers that it was given.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub(crate) enum Asked {
+pub(crate) enum OpenRequest {
     /// A series of the folder that was looked through.
     Series(String),
     /// A case file.
@@ -44,7 +43,7 @@ enum Opened {
     Unsaved(Box<Record>),
 }
 
-impl Desk {
+impl Workspace {
     /// Opens what the program was started with; a folder may be looked through.
     ///
     /// # Errors
@@ -69,10 +68,10 @@ impl Desk {
     }
 
     fn look_through(self: &Arc<Self>, path: PathBuf) -> Result<(), Error> {
-        self.begin("looking through the folder", move |desk, watching| {
+        self.begin("looking through the folder", move |workspace, watching| {
             let spec = Spec::new("");
             let found = inspect(&Inspect { spec, path: path.clone(), pixels: false }, watching)?;
-            desk.change(|held| {
+            workspace.change(|held| {
                 let dir = held.roots.name(&path);
                 let first = held.series.len();
                 let series = found.series.iter().map(|s| (s.folder.clone(), s.uid.clone()));
@@ -89,18 +88,18 @@ impl Desk {
     ///
     /// # Errors
     /// When it was not given out, or work goes on.
-    pub(crate) fn open(self: &Arc<Self>, asked: &Asked) -> Result<(), Error> {
+    pub(crate) fn open(self: &Arc<Self>, asked: &OpenRequest) -> Result<(), Error> {
         let mut kept = None;
         let opened = {
             let held = self.held();
             match asked {
-                Asked::Series(id) => {
+                OpenRequest::Series(id) => {
                     let (dir, uid) = held.series(id)?.clone();
                     Opened::Series { dir, uid }
                 }
-                Asked::Case(id) => Opened::Case(held.roots.path(id)?),
-                Asked::Run(id) => Opened::Run(held.roots.path(id)?),
-                Asked::Unsaved(id) => {
+                OpenRequest::Case(id) => Opened::Case(held.roots.path(id)?),
+                OpenRequest::Run(id) => Opened::Run(held.roots.path(id)?),
+                OpenRequest::Unsaved(id) => {
                     let (record, taken) = held.take_unsaved(id)?;
                     kept = Some(taken);
                     Opened::Unsaved(Box::new(record))
@@ -112,17 +111,18 @@ impl Desk {
 
     /// Opens it; `kept`: what was kept of it before.
     fn open_it(self: &Arc<Self>, opened: Opened, kept: Option<Kept>) -> Result<(), Error> {
-        self.begin("reading the CT", move |desk, watching| {
+        self.begin("reading the CT", move |workspace, watching| {
             let case = opened.case()?;
             let kept = kept.or_else(|| Some(Kept::new(opened.place()?.into(), &case)));
-            let session = Session::new(case.spec()?, desk.threads)?.with_start(desk.start.clone());
+            let session =
+                Session::new(case.spec()?, workspace.threads)?.with_start(workspace.start.clone());
             let session = Arc::new(session);
-            desk.live.end();
-            desk.drop_preview();
-            desk.change(|held| {
+            workspace.live.end();
+            workspace.drop_preview();
+            workspace.change(|held| {
                 held.clear();
                 // What was followed is of another patient.
-                desk.leave();
+                workspace.leave();
                 held.state.stages = stages(&session.case());
                 held.state.command = opened.command();
                 held.state.case = Some(shown_case(&session, &case));
@@ -133,11 +133,12 @@ impl Desk {
             let ct = session.ct(&request)?;
             // Structure sets are read for the names of their regions.
             let found = match &opened {
-                Opened::Series { .. } => desk.held().objects.clone(),
+                Opened::Series { .. } => workspace.held().objects.clone(),
                 _ => vec![],
             };
-            let beside = found.into_iter().map(|(kind, path)| Beside::new(kind, path)).collect();
-            desk.change(|held| {
+            let beside =
+                found.into_iter().map(|(kind, path)| AdjacentObject::new(kind, path)).collect();
+            workspace.change(|held| {
                 held.state.patient = session.peek_whose();
                 held.state.views = views(ct.grid());
                 held.show("ct", Voxels::Hu(Arc::clone(&ct), false), true);
@@ -150,13 +151,13 @@ impl Desk {
                     shown.kept = kept.is_there();
                 }
             });
-            desk.read_objects(&session, watching, Lane::Final);
+            workspace.read_objects(&session, watching, Lane::Final);
             let patient = body(&ct);
-            desk.change(|held| {
+            workspace.change(|held| {
                 held.state.volumes.iter_mut().for_each(|volume| volume.body = patient);
             });
             if let Opened::Run(path) = &opened {
-                desk.show_run(path, &session, watching)?;
+                workspace.show_run(path, &session, watching)?;
             }
             Ok(())
         })
@@ -167,7 +168,7 @@ impl Desk {
         self: &Arc<Self>,
         path: &Path,
         session: &Session,
-        watching: &Watching,
+        watching: &JobObserver,
     ) -> Result<(), Error> {
         let run = FinishedRun::open(path)?;
         if !run.is_of(session)? {
@@ -208,13 +209,13 @@ impl Desk {
                 vec![NodeId::Fields],
             ],
         };
-        self.begin(until.map_or("simulating", NodeId::name), move |desk, watching| {
-            desk.change(|held| held.tell_run("result", until.or(Some(NodeId::Interval))));
+        self.begin(until.map_or("simulating", NodeId::name), move |workspace, watching| {
+            workspace.change(|held| held.tell_run("result", until.or(Some(NodeId::Interval))));
             let request = Request { observer: watching, lane: Lane::Final, ..Request::default() };
             for part in parts {
                 let done = session.update(&part, &request);
                 // What was finished before it failed is shown all the same.
-                desk.change(|held| held.show_results(&session));
+                workspace.change(|held| held.show_results(&session));
                 done?;
             }
             Ok(())
@@ -229,24 +230,24 @@ impl Desk {
         let session = self.held().session.clone().ok_or(Error::Nothing)?;
         let path = self.held().roots.path_of(dir, name)?;
         let name = name.to_owned();
-        let text = |held: &Held| held.case.as_ref().map(|case| case.text().to_owned());
+        let text = |held: &OpenCase| held.case.as_ref().map(|case| case.text().to_owned());
         let before = text(&self.held());
-        self.begin("the whole run", move |desk, watching| {
-            desk.change(|held| held.tell_run(&name, None));
+        self.begin("the whole run", move |workspace, watching| {
+            workspace.change(|held| held.tell_run(&name, None));
             // The deformed CT is shown before its files are written.
             let request = Request { observer: watching, ..Request::default() };
             session.update(&[NodeId::Warp], &request)?;
-            desk.change(|held| held.show_results(&session));
+            workspace.change(|held| held.show_results(&session));
             session.keep_in(Some(RunFolder::open(&path)?))?;
             let done = supine_flow::run(&session, Options::default(), watching);
             // A run lets go in memory of what lies in its folder.
             let read = if done.is_ok() { read_back(&session, &request) } else { Ok(()) };
             session.keep_in(None)?;
             read?;
-            desk.read_objects(&session, watching, Lane::Final);
-            desk.change(|held| held.show_results(&session));
+            workspace.read_objects(&session, watching, Lane::Final);
+            workspace.change(|held| held.show_results(&session));
             if let Some(summary) = done? {
-                desk.change(|held| {
+                workspace.change(|held| {
                     held.result_of = text(held).filter(|now| before.as_ref() == Some(now));
                     held.show_result(&path, &summary);
                 });
@@ -274,7 +275,7 @@ pub(crate) fn has_breast(session: &Session) -> bool {
     session.case().breast.is_some() && session.tumour_sphere().is_some()
 }
 
-impl Held {
+impl OpenCase {
     /// Tells the command line of a run.
     fn tell_run(&mut self, out: &str, until: Option<NodeId>) {
         let Some(path) = self.case.as_ref().and_then(CaseFile::path) else {
@@ -331,7 +332,7 @@ fn beside(found: &PlanObject) -> (CarriedKind, PathBuf) {
     (kind, found.path.clone())
 }
 
-impl Held {
+impl OpenCase {
     /// A series that was found: its folder and its UID.
     pub(crate) fn series(&self, id: &str) -> Result<&(PathBuf, String), Error> {
         let series = id.parse().ok().and_then(|n: usize| self.series.get(n));
@@ -423,8 +424,8 @@ pub(crate) fn shown_case(session: &Session, file: &CaseFile) -> CaseShown {
         can_undo,
         can_redo,
         values,
-        tumour: session.tumour_sphere().map(ball),
-        region: case.region.map(ball),
+        tumour: session.tumour_sphere().map(Into::into),
+        region: case.region.map(Into::into),
         side_proposed: false,
     }
 }

@@ -1,7 +1,7 @@
 //! The file of the case, which another program may change while the page is open.
 
 use crate::Error;
-use crate::desk::{Desk, Held};
+use crate::workspace::{OpenCase, Workspace};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 use std::time::Duration;
@@ -21,41 +21,41 @@ enum Said {
     Unusable(String),
 }
 
-impl Desk {
-    /// Looks at the file of the case from now on, until the desk is gone.
+impl Workspace {
+    /// Looks at the file of the case from now on, until the workspace is gone.
     pub(crate) fn look_at_the_file(self: &Arc<Self>) {
-        let desk = Arc::downgrade(self);
+        let workspace = Arc::downgrade(self);
         std::thread::spawn(move || {
-            while let Some(()) = look(&desk) {
+            while let Some(()) = look(&workspace) {
                 std::thread::sleep(OFTEN);
             }
         });
     }
 }
 
-/// Takes over what another program wrote; nothing once the desk is gone.
-fn look(desk: &Weak<Desk>) -> Option<()> {
-    let desk = desk.upgrade()?;
+/// Takes over what another program wrote; nothing once the workspace is gone.
+fn look(workspace: &Weak<Workspace>) -> Option<()> {
+    let workspace = workspace.upgrade()?;
     let (path, astray) = {
-        let held = desk.held();
+        let held = workspace.held();
         let case = held.state.case.as_ref();
         let astray = case.is_some_and(|case| case.astray.is_some());
         (held.case.as_ref().and_then(CaseFile::path).map(PathBuf::from), astray)
     };
     // A slow disk is waited for while nobody else waits.
     let text = path.and_then(|path| std::fs::read_to_string(path).ok());
-    let differs = |held: &Held| held.case.as_ref().map(CaseFile::text) != text.as_deref();
-    if text.is_some() && (differs(&desk.held()) || astray) {
-        let session = desk.change(|held| {
+    let differs = |held: &OpenCase| held.case.as_ref().map(CaseFile::text) != text.as_deref();
+    if text.is_some() && (differs(&workspace.held()) || astray) {
+        let session = workspace.change(|held| {
             let session = held.session.clone()?;
             held.take_over(&session).then_some(session)
         });
-        session.iter().for_each(|session| desk.follow_case(session));
+        session.iter().for_each(|session| workspace.follow_case(session));
     }
     Some(())
 }
 
-impl Held {
+impl OpenCase {
     /// Takes over what another program wrote into the file of the case; whether the case is another
     /// one since.
     pub(crate) fn take_over(&mut self, session: &Arc<Session>) -> bool {

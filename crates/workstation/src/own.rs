@@ -1,8 +1,8 @@
 //! The patient's own structures and doses, before and after, as the page shows them.
 
 use crate::bytes::Voxels;
-use crate::desk::Held;
 use crate::state::{HistogramShown, OwnDoseShown, OwnShown, OwnStructureShown};
+use crate::workspace::OpenCase;
 use std::sync::Arc;
 use supine_flow::{OwnObjects, Session};
 use supine_volume::Volume;
@@ -15,7 +15,7 @@ const STEPS: [f64; 5] = [1.0, 2.0, 2.5, 4.0, 5.0];
 /// Both sides of the doses as volumes that the page may fetch: `dose` and `dose-deformed`.
 const SIDES: [&str; 2] = ["dose", "dose-deformed"];
 
-impl Held {
+impl OpenCase {
     /// Shows the objects that the session holds, where they are others than before.
     pub(crate) fn show_own(&mut self, session: &Session) {
         let now = session.peek_objects();

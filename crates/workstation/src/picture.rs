@@ -1,8 +1,8 @@
 //! A small picture of a series: its middle axial plane.
 
 use crate::Error;
-use crate::desk::Desk;
 use crate::open::of_series;
+use crate::workspace::Workspace;
 use supine_flow::{Request, Session};
 use supine_space::{Grid, Point, Vector, View};
 use supine_volume::Ct;
@@ -12,7 +12,7 @@ const SIDE: usize = 160;
 /// Black and white, HU.
 const WINDOW_HU: [f64; 2] = [-200.0, 250.0];
 
-impl Desk {
+impl Workspace {
     /// A picture of a series that was found, as PNG.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use crate::app::App;
 use crate::doors::Guest;
 use crate::edit::Way;
-use crate::guard::{Asked, Refusal, admit, needs_key};
+use crate::guard::{Refusal, RequestOrigin, admit, needs_key};
 use crate::{Error, follow, link, open};
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -90,9 +90,9 @@ async fn guard(State(app): State<App>, request: Request, next: Next) -> Response
 }
 
 /// What a request says of where it comes from.
-fn asked(request: &Request) -> Asked<'_> {
+fn asked(request: &Request) -> RequestOrigin<'_> {
     let text = |name: &str| request.headers().get(name).and_then(|value| value.to_str().ok());
-    Asked {
+    RequestOrigin {
         path: request.uri().path(),
         host: text("host"),
         origin: text("origin"),
@@ -113,9 +113,9 @@ impl IntoResponse for Error {
 }
 
 /// The answer to what only begins work or changes the state, which the page is told by itself.
-type Told = Result<axum::Json<serde_json::Value>, Error>;
+type Reply = Result<axum::Json<serde_json::Value>, Error>;
 
-fn told(done: Result<(), Error>) -> Told {
+fn told(done: Result<(), Error>) -> Reply {
     done.map(|()| axum::Json(json!({})))
 }
 
@@ -124,7 +124,7 @@ fn read<'a, T: Deserialize<'a>>(body: &'a Bytes) -> Result<T, Error> {
 }
 
 async fn state(State(app): State<App>) -> Response {
-    let text = app.desk.watched().borrow().to_string();
+    let text = app.workspace.watched().borrow().to_string();
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
@@ -138,44 +138,44 @@ async fn list(
     State(app): State<App>,
     Query(asked): Query<Folder>,
 ) -> Result<axum::Json<crate::roots::Listing>, Error> {
-    app.desk.list(asked.dir.as_deref()).map(axum::Json)
+    app.workspace.list(asked.dir.as_deref()).map(axum::Json)
 }
 
-async fn inspect(State(app): State<App>, body: Bytes) -> Told {
+async fn inspect(State(app): State<App>, body: Bytes) -> Reply {
     let asked: Folder = read(&body)?;
-    told(app.desk.inspect(asked.dir.as_deref().unwrap_or("0")))
+    told(app.workspace.inspect(asked.dir.as_deref().unwrap_or("0")))
 }
 
-async fn open_it(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.open(&read::<open::Asked>(&body)?))
+async fn open_it(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.open(&read::<open::OpenRequest>(&body)?))
 }
 
-async fn edit(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.edit_sent(read(&body)?))
+async fn edit(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.edit_sent(read(&body)?))
 }
 
-async fn carry(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.carry(&read(&body)?))
+async fn carry(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.carry(&read(&body)?))
 }
 
-async fn tumour(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.tumour_of(&read(&body)?))
+async fn tumour(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.tumour_of(&read(&body)?))
 }
 
-async fn undo(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.history(read(&body)?, Way::Back))
+async fn undo(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.history(read(&body)?, Way::Back))
 }
 
-async fn redo(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.history(read(&body)?, Way::Forth))
+async fn redo(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.history(read(&body)?, Way::Forth))
 }
 
-async fn save(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.save_as(&read(&body)?))
+async fn save(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.save_as(&read(&body)?))
 }
 
-async fn discard(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.discard(&read(&body)?))
+async fn discard(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.discard(&read(&body)?))
 }
 
 #[derive(Deserialize)]
@@ -194,47 +194,47 @@ struct Out {
     name: String,
 }
 
-async fn run(State(app): State<App>, body: Bytes) -> Told {
+async fn run(State(app): State<App>, body: Bytes) -> Reply {
     let Run { until, out } = read(&body)?;
     if let Some(Out { dir, name }) = out {
-        return told(app.desk.run_into(&dir, &name));
+        return told(app.workspace.run_into(&dir, &name));
     }
     let node = |name: String| {
         let node = NodeId::of_name(&name);
         node.ok_or_else(|| Error::Request(format!("there is no stage {name:?}")))
     };
-    told(app.desk.run(until.map(node).transpose()?))
+    told(app.workspace.run(until.map(node).transpose()?))
 }
 
-async fn cancel(State(app): State<App>) -> Told {
-    app.desk.cancel();
+async fn cancel(State(app): State<App>) -> Reply {
+    app.workspace.cancel();
     told(Ok(()))
 }
 
-async fn dismiss(State(app): State<App>) -> Told {
-    app.desk.change(|held| held.state.problem = None);
+async fn dismiss(State(app): State<App>) -> Reply {
+    app.workspace.change(|held| held.state.problem = None);
     told(Ok(()))
 }
 
-async fn tick(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.tick(&read(&body)?))
+async fn tick(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.tick(&read(&body)?))
 }
 
-async fn send(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.send(read(&body)?))
+async fn send(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.send(read(&body)?))
 }
 
-async fn follow_it(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.follow(&read::<follow::Asked>(&body)?))
+async fn follow_it(State(app): State<App>, body: Bytes) -> Reply {
+    told(app.workspace.follow(&read::<follow::FollowRequest>(&body)?))
 }
 
-async fn leave(State(app): State<App>) -> Told {
-    app.desk.leave();
+async fn leave(State(app): State<App>) -> Reply {
+    app.workspace.leave();
     told(Ok(()))
 }
 
 async fn log(State(app): State<App>) -> axum::Json<serde_json::Value> {
-    axum::Json(json!({ "lines": app.desk.log() }))
+    axum::Json(json!({ "lines": app.workspace.log() }))
 }
 
 /// The answer to a key that holds no longer: the page asked in the moment in which something newer
@@ -244,7 +244,7 @@ fn passed() -> Response {
 }
 
 async fn volume(State(app): State<App>, Path((id, key)): Path<(String, String)>) -> Response {
-    let Some(voxels) = app.desk.voxels(&id, &key) else {
+    let Some(voxels) = app.workspace.voxels(&id, &key) else {
         return passed();
     };
     let length = voxels.len();
@@ -257,7 +257,7 @@ async fn volume(State(app): State<App>, Path((id, key)): Path<(String, String)>)
 }
 
 async fn surface(State(app): State<App>, Path((part, key)): Path<(String, String)>) -> Response {
-    match app.desk.surface(&part, &key) {
+    match app.workspace.surface(&part, &key) {
         Some(bytes) => {
             ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
         }
@@ -269,7 +269,7 @@ async fn lines(
     State(app): State<App>,
     Path((volume, key, view, slice)): Path<(String, String, String, usize)>,
 ) -> Result<Response, Error> {
-    let work = move || app.desk.lines(&volume, &key, (&view, slice));
+    let work = move || app.workspace.lines(&volume, &key, (&view, slice));
     let lines = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)?;
     Ok(match lines {
         Some(lines) => axum::Json(json!({ "lines": lines })).into_response(),
@@ -278,13 +278,13 @@ async fn lines(
 }
 
 async fn picture(State(app): State<App>, Path(id): Path<String>) -> Result<Response, Error> {
-    let work = move || app.desk.picture(&id);
+    let work = move || app.workspace.picture(&id);
     let png = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)??;
     Ok(([(header::CONTENT_TYPE, "image/png")], png).into_response())
 }
 
-async fn whose(State(app): State<App>, Path(id): Path<String>) -> Told {
-    let work = move || app.desk.whose(&id);
+async fn whose(State(app): State<App>, Path(id): Path<String>) -> Reply {
+    let work = move || app.workspace.whose(&id);
     let line = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)??;
     Ok(axum::Json(json!({ "whose": line })))
 }

@@ -1,8 +1,8 @@
 //! Sending what a run left to an archive.
 
 use crate::Error;
-use crate::desk::Desk;
 use crate::state::{ResultShown, SentShown};
+use crate::workspace::Workspace;
 use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub(crate) fn words(colour: Colour) -> Option<String> {
     }
 }
 
-impl Desk {
+impl Workspace {
     /// Sends the files of the run that is shown.
     ///
     /// # Errors
@@ -55,8 +55,8 @@ impl Desk {
             }
             path.clone()
         };
-        self.begin("sending", move |desk, watching| {
-            desk.change(|held| {
+        self.begin("sending", move |workspace, watching| {
+            workspace.change(|held| {
                 held.state.sent = None;
                 let name = crate::open::quoted(&crate::roots::name_of(&path));
                 held.state.command = format!("supine send {name} --to {node}");
@@ -81,7 +81,7 @@ impl Desk {
                 Err(error) => (error.to_string(), false),
             };
             let to = node.to_string();
-            desk.change(|held| held.state.sent = Some(SentShown { to, text, ok }));
+            workspace.change(|held| held.state.sent = Some(SentShown { to, text, ok }));
             done.map(drop)
         })
     }

@@ -1,11 +1,11 @@
 //! What the session holds, as the page sees it.
 
 use crate::bytes::Voxels;
-use crate::desk::Held;
 use crate::lines::{Body, Cuttable, Own};
 use crate::own::levels_gy;
-use crate::state::{Ball, LinesShown, PatchShown, Readiness, TumourShown};
+use crate::state::{LinesShown, PatchShown, Readiness, TumourShown};
 use crate::surface::{Drawn, Shape, Surface};
+use crate::workspace::OpenCase;
 use serde::Serialize;
 use std::sync::Arc;
 use supine_flow::{Freshness, NodeId, OwnObjects, Session, too_wide};
@@ -15,7 +15,7 @@ use supine_volume::{LabelMap, Surfaces};
 
 /// What is on the screen, to be known again.
 #[derive(Default)]
-pub(crate) struct Seen {
+pub(crate) struct DisplayedInputs {
     mesh: Option<Arc<TetMesh>>,
     carried: Option<Arc<Deformation>>,
     surfaces: Option<Arc<Surfaces>>,
@@ -33,7 +33,7 @@ const PARTS: [(BoundaryTag, [&str; 2]); 3] = [
     (BoundaryTag::Cut, ["cut", "cut, simulated"]),
 ];
 
-impl Held {
+impl OpenCase {
     /// Shows what the session holds.
     pub(crate) fn show_results(&mut self, session: &Session) {
         let labels = session.peek_labels();
@@ -66,9 +66,9 @@ impl Held {
         });
         self.state.preview_bed.final_mm = preview_differs(self, session);
         let Some(case) = &mut self.state.case else { return };
-        case.tumour = session.tumour_sphere().map(ball);
+        case.tumour = session.tumour_sphere().map(Into::into);
         if let Some((sphere, patches)) = session.peek_region() {
-            case.region = Some(ball(sphere));
+            case.region = Some(sphere.into());
             self.state.patches = patches.into_iter().map(patch).collect();
             self.state.patches_old = !session.is_fresh(NodeId::Region);
         }
@@ -93,7 +93,7 @@ impl Held {
 
     /// Surfaces and lines, where they are others than before.
     fn show_shapes(&mut self, session: &Session, labels: Option<Arc<LabelMap>>) {
-        let now = Seen {
+        let now = DisplayedInputs {
             mesh: session.peek_mesh().map(|(mesh, _)| mesh),
             carried: session.peek_carried().map(|(carried, _)| carried),
             surfaces: session.peek_surfaces(),
@@ -234,7 +234,7 @@ impl Held {
 
 /// How far off the preview has the tumour from where the planning mesh has it, mm; nothing while
 /// either is not there, or both are of different tables.
-pub(crate) fn preview_differs(held: &Held, session: &Session) -> Option<f64> {
+pub(crate) fn preview_differs(held: &OpenCase, session: &Session) -> Option<f64> {
     let previewed = held.previewed?;
     let bed = session.case().bed?;
     let same = previewed.bed == [bed.ap_deg, bed.lat_deg];
@@ -248,10 +248,6 @@ fn same<T>(one: &Option<Arc<T>>, other: &Option<Arc<T>>) -> bool {
         (None, None) => true,
         _ => false,
     }
-}
-
-pub(crate) fn ball(sphere: Sphere) -> Ball {
-    Ball { centre_mm: sphere.centre().coords.into(), radius_mm: sphere.radius() }
 }
 
 /// A figure of a stage.

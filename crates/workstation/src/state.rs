@@ -4,7 +4,7 @@ use crate::roots::Named;
 use crate::show::FigureShown;
 use crate::unsaved::UnsavedShown;
 use serde::Serialize;
-use supine_flow::{Case, CaseError, NodeId, PatientIdentity};
+use supine_flow::{Case, CaseError, NodeId, PatientIdentity, SphereRecord};
 use supine_space::{Grid, View};
 
 /// All that the page shows, but the voxels.
@@ -80,17 +80,10 @@ pub(crate) struct CaseShown {
     pub(crate) can_redo: bool,
     /// Values by key, as they are given or by default.
     pub(crate) values: serde_json::Map<String, serde_json::Value>,
-    pub(crate) tumour: Option<Ball>,
-    pub(crate) region: Option<Ball>,
+    pub(crate) tumour: Option<SphereRecord>,
+    pub(crate) region: Option<SphereRecord>,
     /// Whether the side was proposed from the tumour's place, and nobody has set it since.
     pub(crate) side_proposed: bool,
-}
-
-/// A sphere, LPS, mm.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Ball {
-    pub(crate) centre_mm: [f64; 3],
-    pub(crate) radius_mm: f64,
 }
 
 /// What went wrong last.

@@ -6,8 +6,8 @@
 //! the program that has it open; the lock ends with that program, however it ends.
 
 use crate::Error;
-use crate::desk::{Desk, Held};
 use crate::roots::{Roots, name_of};
+use crate::workspace::{OpenCase, Workspace};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
@@ -226,7 +226,7 @@ fn offered(dir: &Path, roots: &Roots) -> Vec<UnsavedShown> {
     all
 }
 
-impl Held {
+impl OpenCase {
     /// Keeps the case as it is now, where no file holds it. Where that fails the page says that it
     /// is not kept.
     pub(crate) fn keep_case(&mut self) {
@@ -280,7 +280,7 @@ pub(crate) struct Discard {
     id: String,
 }
 
-impl Desk {
+impl Workspace {
     /// Throws away what was kept of a case.
     ///
     /// # Errors

@@ -1,13 +1,13 @@
 //! Whose CT a case or a run of the list is of: a folder may hold those of several patients.
 
 use crate::Error;
-use crate::desk::Desk;
 use crate::roots::is_run;
+use crate::workspace::Workspace;
 use std::collections::BTreeSet;
 use supine_flow::commands::dicom::{Inspect, inspect};
 use supine_flow::{Spec, Unwatched};
 
-impl Desk {
+impl Workspace {
     /// Name, ID and study of the patient of a case or a run by its number, or of what was kept of a
     /// case, in one line, from the headers of its CT; nothing where it names none or cannot be
     /// read.

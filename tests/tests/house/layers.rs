@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use supine_tests::metadata;
 
 /// The layer of each package of the workspace. Nothing may depend on the house itself.
-const LAYERS: [(&str, i8); 25] = [
+const LAYERS: [(&str, i8); 26] = [
     ("supine-features", BENEATH),
     ("supine-space", 0),
+    ("supine-record", 1),
     ("supine-volume", 1),
     ("supine-mesh", 1),
     ("supine-dicom", 2),

@@ -16,8 +16,8 @@ use std::process::Command;
 /// What cargo does on one processor takes about so long where it was never measured, s.
 const LONG: f64 = 300.0;
 
-/// Tests that wait for trackers, archives and the browser half of their time or more: measured, s of
-/// a processor and by the clock, 32 of 61, 15 of 33, 0.3 of 7.5 and 70 of 150.
+/// Tests that wait for trackers, archives and the browser half of their time or more: measured, s
+/// of a processor and by the clock, 32 of 61, 15 of 33, 0.3 of 7.5 and 70 of 150.
 const WAITING: [&str; 4] = [
     "supine-navigate/session",
     "supine-tests/navigate",

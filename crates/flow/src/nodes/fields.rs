@@ -55,12 +55,7 @@ impl Node for Fields {
         let progress = work.progress;
         let map = Self::map(&input, &solved, progress.part(0.0, 0.9))?;
         // Of the map itself: beyond its mesh the vectors that resample lead to air, not back.
-        let consistency = supine_warp::consistency(&map.fields).map(|c| Consistency {
-            voxels: c.voxels,
-            mean_mm: c.mean_mm,
-            p99_mm: c.p99_mm,
-            max_mm: c.max_mm,
-        });
+        let consistency = supine_warp::consistency(&map.fields);
         progress.at(1.0)?;
         Ok(FieldsOut { consistency, map: Mutex::new(Some(Arc::new(map))) })
     }
@@ -86,7 +81,7 @@ impl Node for Fields {
     }
 
     fn facts(out: &FieldsOut) -> Result<serde_json::Value, Error> {
-        Ok(serde_json::to_value(&out.consistency)?)
+        Ok(serde_json::to_value(out.consistency)?)
     }
 
     fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<FieldsOut, Error> {

@@ -63,7 +63,7 @@ pub(crate) struct Scans {
     pub(crate) supine: Option<InputFile>,
     pub(crate) landmarks: Option<InputFile>,
     pub(crate) unit: Option<&'static str>,
-    states: Vec<&'static str>,
+    states: Vec<RestState>,
 }
 
 /// The tissue that was fitted; none when the case names no scans.
@@ -105,7 +105,7 @@ impl Case {
     pub(crate) fn fitted(&self, fit: &TissueFit) -> Self {
         let mut case = self.clone();
         case.tissue.young_kpa = fit.best().young_kpa;
-        case.rest = if fit.best().rest == "net" { RestState::Net } else { RestState::Unloaded };
+        case.rest = fit.best().rest;
         if let Some(stiffness) = &mut case.stiffness {
             stiffness.mean_kpa = Some(fit.best().young_kpa);
             stiffness.kpa =
@@ -136,7 +136,7 @@ impl Node for Fit {
                 supine: file("scans.supine", &fit.supine)?,
                 landmarks: file("scans.landmarks", &scans.landmarks)?,
                 unit: scans.unit,
-                states: fit.states.iter().map(|rest| rest.name()).collect(),
+                states: fit.states.clone(),
             })
         });
         let left = case.breast == Some(Side::Left);
@@ -161,8 +161,7 @@ impl Node for Fit {
         let map = tissue_map(&input, &tissues, inputs.by_labels);
         let (coarse, shares) = coarse(&body, moduli.zip(map), work.progress.part(0.3, 0.4))?;
         let states = RestState::ALL.into_iter();
-        let states: Vec<RestState> =
-            states.filter(|rest| scans.states.contains(&rest.name())).collect();
+        let states: Vec<RestState> = states.filter(|rest| scans.states.contains(rest)).collect();
         let other = other_breast(inputs.left, &segmented, &skin, sphere);
         let question = FitQuestion {
             body: &body,
@@ -269,7 +268,7 @@ fn wall_mm(segmented: &Segmented, mesh: &TetMesh) -> Result<f64, Error> {
 fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>) -> TissueFit {
     let chosen = found.choice.rest();
     let mut states: Vec<StateFit> = found.states.iter().map(state).collect();
-    states.sort_by_key(|state| state.rest != chosen.name());
+    states.sort_by_key(|state| state.rest != chosen);
     let (decided, evidence) = match found.choice {
         Choice::Asked(_) => (true, None),
         Choice::Decided { evidence, .. } => (true, Some(evidence)),
@@ -282,7 +281,7 @@ fn state(state: &supine_personalise::StateFit) -> StateFit {
     let end = |side: f64| state.young_kpa * (side * NORMAL_95 * state.deviation).exp();
     let path = state.path.iter();
     StateFit {
-        rest: state.rest.name().into(),
+        rest: state.rest,
         young_kpa: state.young_kpa,
         interval_kpa: [end(-1.0), end(1.0)],
         deviation: state.deviation,

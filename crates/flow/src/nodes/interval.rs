@@ -4,19 +4,15 @@ use super::{Fit, Mesh, Moduli, Region, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
-use crate::nodes::region::Ball;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_fem::Body;
 use supine_mesh::Locator;
-use supine_personalise::{
-    LEVEL, LogNormal, ModulusPrior, Origin, Patch, Question, Source, tumour_interval,
-};
-use supine_report::{
-    Ellipsoid, ModulusKnown, OtherRest, StateFit, TissueFit, TumourInterval, UncertaintyShare,
-};
+use supine_personalise::{LEVEL, LogNormal, ModulusPrior, Patch, Question, tumour_interval};
+use supine_report::SphereRecord;
+use supine_report::{Ellipsoid, ModulusKnown, OtherRest, StateFit, TissueFit, TumourInterval};
 use supine_segment::{UNCERTAIN_MM, UNCERTAINTY_PER_MM};
 use supine_space::{Failure, Point, Progress, Vector, Warning};
 use supine_tetrahedralise::Refinement;
@@ -32,7 +28,7 @@ pub(crate) struct Interval;
 
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
-    tumour: Ball,
+    tumour: SphereRecord,
     law: Law,
     /// That of the case; else what the literature has counts.
     young_kpa: Option<[f64; 2]>,
@@ -197,19 +193,9 @@ fn told(
     let modulus = ModulusKnown {
         young_kpa: prior.known().interval_kpa(),
         median_kpa: prior.known().median_kpa(),
-        origin: match prior.origin() {
-            Origin::Literature => "literature",
-            Origin::Given => "given",
-            Origin::Scans => "scans",
-        }
-        .into(),
+        origin: prior.origin(),
         softest_unloaded_kpa: found.softest_unloaded_kpa,
     };
-    let shares = found.shares.iter().map(|share| UncertaintyShare {
-        source: source_name(share.source).into(),
-        length_mm: share.length_mm,
-        within_mm: share.within_mm,
-    });
     let interval = TumourInterval {
         level: LEVEL,
         within_mm: found.within_mm,
@@ -221,22 +207,11 @@ fn told(
         },
         modulus,
         other_rest: found.other.map(|other| OtherRest {
-            rest: other.rest.name().into(),
+            rest: other.rest,
             displacement_mm: other.displacement.map(|u: Vector| u.into()),
         }),
-        shares: shares.collect(),
+        shares: found.shares.clone(),
     };
     let effects_mm = found.patches.iter().map(|patch| patch.change_mm).collect();
     Known { interval: Some(interval), effects_mm }
-}
-
-fn source_name(source: Source) -> &'static str {
-    match source {
-        Source::Modulus => "modulus",
-        Source::Tissues => "tissues",
-        Source::RestState => "rest_state",
-        Source::ChestWall => "chest_wall",
-        Source::Region => "region",
-        Source::Mesh => "mesh",
-    }
 }

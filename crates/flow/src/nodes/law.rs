@@ -1,7 +1,6 @@
 //! The tissue, its load and how it is solved: what several nodes see of the case in the same way.
 
 use crate::Error;
-use crate::shared::cut_name;
 use crate::spec::Case;
 use serde::Serialize;
 use supine_fem::{Cut, Load, Params, RestState, Tissue};
@@ -15,8 +14,8 @@ pub(crate) struct Law {
     young_kpa: f64,
     poisson: f64,
     density_kg_m3: f64,
-    rest: &'static str,
-    cut: &'static str,
+    rest: RestState,
+    cut: Cut,
     spring_kpa_mm: Option<f64>,
     order: u8,
     /// Directions of gravity in the CT and on the table, unit vectors, LPS.
@@ -35,8 +34,8 @@ impl Law {
             young_kpa,
             poisson,
             density_kg_m3,
-            rest: case.rest.name(),
-            cut: cut_name(case.cut),
+            rest: case.rest,
+            cut: case.cut,
             spring_kpa_mm: case.spring_kpa_mm,
             order: case.mesh.order.number(),
             gravity: [load.ct.into(), load.target.into()],
@@ -46,8 +45,7 @@ impl Law {
     /// The law with the modulus and rest state that were fitted, where they were.
     pub(crate) fn fitted(&self, fit: Option<&TissueFit>) -> Self {
         let Some(best) = fit.map(TissueFit::best) else { return *self };
-        let rest = if best.rest == "net" { "net" } else { "unloaded" };
-        Self { young_kpa: best.young_kpa, rest, ..*self }
+        Self { young_kpa: best.young_kpa, rest: best.rest, ..*self }
     }
 
     pub(crate) fn tissue(&self) -> Tissue {
@@ -61,11 +59,10 @@ impl Law {
     }
 
     pub(crate) fn solver(&self) -> Params {
-        let cuts = [Cut::Free, Cut::Fixed, Cut::Spring];
         Params {
             order: if self.order == 1 { Order::Linear } else { Order::Quadratic },
-            rest: if self.rest == "net" { RestState::Net } else { RestState::Unloaded },
-            cut: cuts.into_iter().find(|cut| cut_name(*cut) == self.cut).unwrap_or_default(),
+            rest: self.rest,
+            cut: self.cut,
             spring_kpa_mm: self.spring_kpa_mm,
             ..Params::default()
         }

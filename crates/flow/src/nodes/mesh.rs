@@ -4,7 +4,6 @@ use super::{Region, Segment};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
-use crate::nodes::region::Ball;
 use crate::shared::{Goal, Mesher, Refine, mesh_facts, mesh_region};
 use crate::spec::Refinement;
 use crate::work::Work;
@@ -13,8 +12,9 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::{BoundaryTag, Displacement, TetMesh, quality};
+use supine_report::SphereRecord;
 use supine_space::{Grid, Point, Warning};
-use supine_tetrahedralise::{Curving, Domain, Info, Near, Params, Piece};
+use supine_tetrahedralise::{Domain, Info, Near, Params, Piece};
 use supine_volume::Field;
 
 pub(crate) struct Mesh;
@@ -39,8 +39,8 @@ pub(crate) struct NodeInputs {
 #[derive(Serialize)]
 enum OwnRefine {
     Nowhere,
-    Tumour { place: Ball, edge_mm: f64, growth: f64 },
-    Goal { place: Ball, law: Law },
+    Tumour { place: SphereRecord, edge_mm: f64, growth: f64 },
+    Goal { place: SphereRecord, law: Law },
 }
 
 /// The mesh in the CT shape.
@@ -140,7 +140,7 @@ impl Node for Mesh {
             None => mesh,
         };
         let mut facts = mesh_facts(&mesh, &info);
-        facts.curved = bent.as_ref().map(|(_, told)| curved(told));
+        facts.curved = bent.as_ref().map(|(_, curved)| *curved);
         let curved = bent.map(|(offsets, _)| offsets);
         work.warn_all(poor(&facts));
         Ok(Meshed { mesh: Arc::new(mesh), curved, facts })
@@ -189,11 +189,6 @@ impl OwnRefine {
             }),
         })
     }
-}
-
-fn curved(told: &Curving) -> supine_report::Curved {
-    let Curving { moved: nodes, shortened, mean_mm, max_mm } = *told;
-    supine_report::Curved { nodes, shortened, mean_mm, max_mm }
 }
 
 fn poor(facts: &supine_report::Mesh) -> Option<Warning> {

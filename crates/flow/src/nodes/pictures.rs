@@ -6,10 +6,10 @@ use super::{
 };
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::nodes::region::Ball;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
+use supine_report::SphereRecord;
 use supine_report::{Agreement, Scene, Segmentation, Shown, VolumeChange};
 use supine_space::{Point, Progress, Side};
 
@@ -18,7 +18,7 @@ pub(crate) struct Pictures;
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
     left: bool,
-    tumour: Ball,
+    tumour: SphereRecord,
 }
 
 /// Pictures, and what the summary tells of what they show.

@@ -4,12 +4,12 @@ use super::{Region, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
-use crate::nodes::region::Ball;
 use crate::shared::{PlacedTumour, movement};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use supine_exchange::{NamedPoint, read_points, write_points};
+use supine_report::SphereRecord;
 use supine_report::{CarriedPoint, Movement};
 use supine_space::{Point, Warning};
 
@@ -17,7 +17,7 @@ pub(crate) struct Points;
 
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
-    tumour: Ball,
+    tumour: SphereRecord,
     /// The structure set that it came from.
     #[serde(skip_serializing_if = "Option::is_none")]
     drawn: Option<InputFile>,

@@ -3,13 +3,12 @@
 use super::{Import, Segment, Segmented, Tumour};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::shared::quality_check;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use supine_report::{QualityCheck, UncertainPatch, WallUncertainty};
+use supine_report::{QualityCheck, SphereRecord, UncertainPatch, WallUncertainty};
 use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
 use supine_space::{Point, Progress, Side, Sphere, Warning};
 use supine_volume::{Ct, Field, LabelMap, label};
@@ -24,34 +23,14 @@ pub(crate) struct Region;
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
     left: bool,
-    tumour: Ball,
-    region: Option<Ball>,
-}
-
-/// A sphere as records hold it.
-#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ball {
-    pub(crate) centre_mm: [f64; 3],
-    pub(crate) radius_mm: f64,
-}
-
-impl From<Sphere> for Ball {
-    fn from(sphere: Sphere) -> Self {
-        Self { centre_mm: sphere.centre().coords.into(), radius_mm: sphere.radius() }
-    }
-}
-
-impl Ball {
-    pub(crate) fn sphere(self) -> Result<Sphere, Error> {
-        let sphere = Sphere::new(Point::from(self.centre_mm), self.radius_mm);
-        sphere.map_err(|e| Error::Tumour(e.to_string()))
-    }
+    tumour: SphereRecord,
+    region: Option<SphereRecord>,
 }
 
 /// The sphere, checked against the labels.
 #[derive(Serialize, Deserialize, Clone, Debug)]
 pub(crate) struct Chosen {
-    region: Ball,
+    region: SphereRecord,
     pub(crate) proposed: bool,
     /// Soft tissue within the sphere, ml.
     pub(crate) soft_tissue_ml: f64,
@@ -105,7 +84,7 @@ impl Chosen {
     }
 
     pub(crate) fn sphere(&self) -> Result<Sphere, Error> {
-        self.region.sphere()
+        Ok(self.region.sphere()?)
     }
 
     pub(crate) fn nipple(&self) -> Option<Point> {
@@ -126,7 +105,7 @@ impl Node for Region {
         let case = &ground.case;
         let left = case.breast()? == Side::Left;
         let tumour = ground.tumour()?.sphere.into();
-        Ok(NodeInputs { left, tumour, region: case.region.map(Ball::from) })
+        Ok(NodeInputs { left, tumour, region: case.region.map(SphereRecord::from) })
     }
 
     fn run(
@@ -178,7 +157,7 @@ impl Node for Region {
             soft_tissue_ml: volume_ml(map, sphere, label::is_soft_tissue),
             chest_wall_ml: volume_ml(map, sphere, label::is_chest_wall),
             nipple: nipple.map(|nipple| nipple.coords.into()),
-            checks: checked.checks.iter().map(quality_check).collect(),
+            checks: checked.checks.clone(),
             region: sphere.into(),
             field: Some((&input.field).into()),
         })

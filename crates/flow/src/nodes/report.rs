@@ -7,16 +7,15 @@ use super::{
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::moduli::ByTissue;
-use crate::nodes::region::Ball as OwnBall;
-use crate::shared::{warning_id, whose};
+use crate::shared::warning_id;
 use crate::spec::Case;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
-    Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, SourceSeries,
-    Summary, Tissue, Tool, Verdict, Warning,
+    Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, SourceSeries,
+    SphereRecord, Summary, Tissue, Tool, Verdict, Warning,
 };
 
 pub(crate) struct Report;
@@ -28,7 +27,7 @@ pub(crate) struct NodeInputs {
     anonymise: bool,
     /// The planner's ticks, which a de-identified case does not hold.
     seen: Vec<String>,
-    tumour: OwnBall,
+    tumour: SphereRecord,
     #[serde(skip)]
     typed: Arc<Case>,
 }
@@ -76,7 +75,8 @@ impl Node for Report {
         let (.., drawn) = &parents;
         let folder = work.place("report")?;
         let (input, ..) = &parents;
-        let whose = input.source.as_ref().filter(|_| !inputs.anonymise).map(whose);
+        let whose =
+            input.source.as_ref().filter(|_| !inputs.anonymise).map(|source| source.whose());
         let shown = (&summary, whose.as_ref());
         supine_report::write(shown, &drawn.pictures, &folder, work.progress)?;
         Ok(summary)
@@ -209,17 +209,13 @@ fn nameless(n: usize, left_out: &mut LeftOut) {
     left_out.file = format!("file {}", n + 1);
 }
 
-fn position(case: &Case, tumour: OwnBall) -> Result<supine_report::Position, Error> {
+fn position(case: &Case, tumour: SphereRecord) -> Result<supine_report::Position, Error> {
     let bed = case.bed()?;
     Ok(supine_report::Position {
         breast: case.breast()?.to_string(),
         bed: Bed { ap_deg: bed.ap_deg, lat_deg: bed.lat_deg, gravity: bed.gravity().into() },
-        tumour: Some(ball(tumour)),
+        tumour: Some(tumour),
     })
-}
-
-fn ball(OwnBall { centre_mm, radius_mm }: OwnBall) -> Ball {
-    Ball { centre_mm, radius_mm }
 }
 
 /// Each once: two stages may read one file.
@@ -239,13 +235,13 @@ fn tissue(case: &Case, moduli: Option<&supine_report::Moduli>) -> Tissue {
         moduli: moduli.cloned(),
         poisson: case.tissue.poisson,
         density_kg_m3: case.tissue.density_kg_m3,
-        rest: case.rest.name().into(),
+        rest: case.rest,
         order: case.mesh.order.number(),
-        cut: crate::shared::cut_name(case.cut).into(),
+        cut: case.cut,
     }
 }
 
 fn region_parameters(region: &super::Chosen) -> Result<RegionParameters, Error> {
-    let Ball { centre_mm, radius_mm } = ball(region.sphere()?.into());
+    let SphereRecord { centre_mm, radius_mm } = region.sphere()?.into();
     Ok(RegionParameters { centre_mm, radius_mm, proposed: region.proposed })
 }

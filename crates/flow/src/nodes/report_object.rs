@@ -3,7 +3,6 @@
 use super::{Export, Import, Pictures, Report, Source};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::shared::whose;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -51,7 +50,8 @@ impl Node for ReportObject {
         let read = supine_dicom::read_series(series, &ReadParams::default(), read);
         let (_, ct, _) = read.map_err(Error::Export)?;
         let clock = ct.clock();
-        let whose = input.source.as_ref().filter(|_| !inputs.anonymise).map(whose);
+        let whose =
+            input.source.as_ref().filter(|_| !inputs.anonymise).map(|source| source.whose());
         let date = clock.to_string();
         let pdf = supine_report::pdf((&summary, whose.as_ref()), &drawn.pictures, &date)?;
         work.progress.at(0.8)?;

@@ -6,8 +6,7 @@ use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::lazy::Lazy;
 use crate::shared::{
-    LabelOrigin, RegionNames, SuppliedLabels, quality_check, read_supplied, read_surfaces,
-    write_surfaces,
+    LabelOrigin, RegionNames, SuppliedLabels, read_supplied, read_surfaces, write_surfaces,
 };
 use crate::spec::stroke_json;
 use crate::work::Work;
@@ -249,7 +248,7 @@ fn found(inputs: &NodeInputs, ready: &Prepared, work: &Work<'_>) -> Result<Segme
         origin: if automatic { LabelOrigin::Automatic } else { LabelOrigin::Seeded },
         fat_hu: Some(info.fat_hu),
         muscle_hu: Some(info.muscle_hu),
-        checks: info.checks.iter().map(quality_check).collect(),
+        checks: info.checks.clone(),
         inputs: inputs.seed_files.iter().map(|file| file.told("seeds")).collect(),
     };
     let labels = Arc::clone(&made.labels);

@@ -4,17 +4,17 @@
 use super::{Export, Import, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::nodes::region::Ball;
 use crate::shared::{OwnRegions, write_own_regions};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
+use supine_report::SphereRecord;
 
 pub(crate) struct Structures;
 
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
-    tumour: Ball,
+    tumour: SphereRecord,
     asked: bool,
 }
 

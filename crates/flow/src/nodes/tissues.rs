@@ -3,12 +3,12 @@
 use super::{Import, Region, Segment};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::nodes::region::Ball;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
 use std::sync::Arc;
 use supine_exchange::{read_labels, write_labels};
+use supine_report::SphereRecord;
 use supine_report::{TissueVolume, Tissues as Facts};
 use supine_segment::{TissueInfo, TissueShare};
 use supine_space::Progress;
@@ -19,7 +19,7 @@ pub(crate) struct Tissues;
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
     asked: bool,
-    tumour: Option<Ball>,
+    tumour: Option<SphereRecord>,
 }
 
 /// The finer labels and what they hold; none when the case does not ask.
@@ -54,7 +54,7 @@ impl Node for Tissues {
         (input, segmented, region): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Labelled, Error> {
-        let tumour = inputs.tumour.map(Ball::sphere).transpose()?;
+        let tumour = inputs.tumour.map(SphereRecord::sphere).transpose()?;
         let implants = segmented.implants.as_ref().map(|map| map.get(work.progress)).transpose()?;
         let (ct, coarse) = (&input.ct, &segmented.labels);
         let (fine, info) =

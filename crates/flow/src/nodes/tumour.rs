@@ -5,11 +5,11 @@ use super::Import;
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
-use crate::nodes::region::Ball;
 use crate::shared::{PlacedTumour, of_the_ct};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
+use supine_report::SphereRecord;
 use supine_segment::tumour_place;
 use supine_space::{Side, Warning};
 
@@ -18,7 +18,7 @@ pub(crate) struct Tumour;
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
     left: bool,
-    tumour: Ball,
+    tumour: SphereRecord,
     /// The structure set that it came from, and the frame of reference of its region.
     drawn: Option<(InputFile, String)>,
     /// What is odd about how it was drawn; the file tells it too.

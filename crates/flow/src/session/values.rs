@@ -5,7 +5,6 @@ use super::{Freshness, Request, Session};
 use crate::nodes::{
     Evaluation, Fields, Fit, Import, Interval, Mesh, Points, Region, Segment, Solve, Tissues, Warp,
 };
-use crate::shared::whose;
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -39,7 +38,7 @@ impl Session {
     /// Whose CT is held; none when it is none of DICOM, or is not read.
     pub fn peek_whose(&self) -> Option<PatientIdentity> {
         let (imported, _) = self.peek::<Import>()?;
-        imported.source.as_ref().map(whose)
+        imported.source.as_ref().map(|source| source.whose())
     }
 
     /// Labels that are held, of what is given now or of what was given before; nothing is made.

@@ -1,19 +1,12 @@
 //! The summary's figures from the domain types.
 
 use supine_mesh::{BoundaryTag, TetMesh, quality, spread, tet_quality};
-use supine_report::{Mesh, Movement, PatientIdentity, QualityCheck, SurfaceFit, WorstTet};
-use supine_segment::Bound;
+use supine_report::{Mesh, Movement, SurfaceFit, WorstTet};
 use supine_space::{Point, Vector};
 use supine_tetrahedralise::Deviation;
 
 /// The worst tetrahedra that are named.
 const NAMED: usize = 5;
-
-/// Whose CT a series is, for the report.
-pub(crate) fn whose(source: &supine_dicom::Source) -> PatientIdentity {
-    let supine_dicom::PatientIdentity { name, id, born, study, series } = source.whose();
-    PatientIdentity { name, id, born, study, series }
-}
 
 /// The mesh's part of the summary; the unknowns are known only to the solver and stay 0 here.
 pub fn mesh_facts(mesh: &TetMesh, info: &supine_tetrahedralise::Info) -> Mesh {
@@ -56,19 +49,6 @@ fn worst_tet(mesh: &TetMesh, tet: usize) -> WorstTet {
         min_dihedral_deg: shape.min_dihedral_deg,
         max_dihedral_deg: shape.max_dihedral_deg,
         radius_ratio: shape.radius_ratio,
-    }
-}
-
-/// A figure and its limits in the words of the summary.
-pub(crate) fn quality_check(check: &supine_segment::QualityCheck) -> QualityCheck {
-    QualityCheck {
-        what: check.what.into(),
-        unit: check.unit.into(),
-        value: check.value,
-        at_most: check.bound == Bound::AtMost,
-        warns: check.warns,
-        refuses: check.refuses,
-        jointly: check.jointly,
     }
 }
 

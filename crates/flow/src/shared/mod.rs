@@ -26,7 +26,7 @@ pub use ct::{CtInput, read_ct};
 pub(crate) use export_source::random;
 pub use export_source::{ExportSource, forgetful_anonymiser};
 pub use facts::{mesh_facts, warning_id};
-pub(crate) use facts::{movement, quality_check, told, whose};
+pub(crate) use facts::{movement, told};
 pub use labels::{
     LabelOrigin, RegionNameError, RegionNames, SuppliedLabels, read_supplied, write_dicom_labels,
 };
@@ -42,6 +42,6 @@ pub(crate) use skin::{other_breast, skin_distance};
 pub use statics::statics;
 pub(crate) use supine_exchange::is_volume_name as is_volume;
 pub use surfaces::{read_surfaces, write_surfaces};
-pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, series_description};
+pub(crate) use texts::{IMAGE_COMMENTS, derivation, series_description};
 pub(crate) use tumour::{PlacedTumour, TumourCache, drawn, of_the_ct};
 pub use tumour::{tumour_centre, tumour_regions};

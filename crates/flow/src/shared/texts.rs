@@ -1,7 +1,6 @@
 //! The fixed texts that say what a product is.
 
 use crate::spec::{Case, CaseError, Stiffness};
-use supine_fem::Cut;
 
 /// Said by every slice of an export.
 pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
@@ -32,15 +31,6 @@ fn short(x: f64, decimals: usize) -> String {
     text.into()
 }
 
-/// Name of what holds the cut.
-pub(crate) fn cut_name(cut: Cut) -> &'static str {
-    match cut {
-        Cut::Free => "free",
-        Cut::Fixed => "fixed",
-        Cut::Spring => "spring",
-    }
-}
-
 /// How the volume was made (at most 1024 characters, DICOM ST).
 pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
     let bed = case.bed()?;
@@ -58,7 +48,7 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
         case.tissue.poisson,
         case.tissue.density_kg_m3,
         case.rest.name(),
-        cut_name(case.cut),
+        case.cut.name(),
         case.interpolation.name(),
     ))
 }

@@ -3,6 +3,7 @@
 use super::{Figures, PICTURES, Patient};
 use crate::words::{capital, count, directions, fixed};
 use crate::{Ended, RunError};
+use supine_record::ModulusOrigin;
 
 /// A patient as the template sees her.
 pub(super) struct Card<'a> {
@@ -135,10 +136,10 @@ fn facts(patient: &Patient, f: &Figures) -> Vec<(&'static str, String)> {
         }
     }
     let known = f.young_known.as_ref().map(|([low, high], origin)| {
-        let from = match origin.as_str() {
-            "literature" => "not measured",
-            "scans" => "by the scans",
-            _ => "as given",
+        let from = match origin {
+            ModulusOrigin::Literature => "not measured",
+            ModulusOrigin::Scans => "by the scans",
+            ModulusOrigin::Given => "as given",
         };
         format!(" ({} to {}, {from})", fixed(*low, 2), fixed(*high, 2))
     });

@@ -1,6 +1,7 @@
 //! The figures of a run that a cohort is compared by.
 
 use crate::{SkinDistances, Summary, TumourMoved};
+use supine_record::{ModulusOrigin, RestState};
 
 /// Figures of one result, those of the tables of mesh, modulus and displacement that are printed of
 /// patients.
@@ -38,9 +39,9 @@ pub struct Figures {
     pub young_kpa: f64,
     /// The interval of the modulus and where it comes from; none where no interval of the tumour
     /// was computed.
-    pub young_known: Option<([f64; 2], String)>,
+    pub young_known: Option<([f64; 2], ModulusOrigin)>,
     /// Rest state.
-    pub rest: String,
+    pub rest: RestState,
     /// The tumour; none where the case names none.
     pub tumour: Option<TumourMoved>,
     /// Smallest det F.
@@ -76,8 +77,8 @@ impl Figures {
             mean_radius_ratio: s.mesh.mean_radius_ratio,
             volume_ml: s.mesh.volume_ml,
             young_kpa: s.parameters.tissue.young_kpa,
-            young_known: known.map(|known| (known.young_kpa, known.origin.clone())),
-            rest: s.parameters.tissue.rest.clone(),
+            young_known: known.map(|known| (known.young_kpa, known.origin)),
+            rest: s.parameters.tissue.rest,
             tumour: TumourMoved::of(s),
             min_det_f: s.solve.min_det_f,
             residual: s.solve.residual,

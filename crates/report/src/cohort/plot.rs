@@ -6,6 +6,7 @@ use super::outliers::Spread;
 use crate::Ended;
 use crate::words::fixed;
 use std::fmt::Write;
+use supine_record::RestState;
 
 /// A figure that patients are compared by.
 struct Measure {
@@ -32,13 +33,13 @@ const MEASURES: [Measure; 6] = [
         title: "Young's modulus, rest state net",
         unit: "kPa",
         decimals: 2,
-        of: |p| young(p, "net"),
+        of: |p| young(p, RestState::Net),
     },
     Measure {
         title: "Young's modulus, rest state unloaded",
         unit: "kPa",
         decimals: 2,
-        of: |p| young(p, "unloaded"),
+        of: |p| young(p, RestState::Unloaded),
     },
     Measure {
         title: "Smallest det F",
@@ -55,7 +56,7 @@ const MEASURES: [Measure; 6] = [
 ];
 
 /// A modulus belongs to its rest state: those of two are not compared.
-fn young(patient: &Patient, rest: &str) -> Option<f64> {
+fn young(patient: &Patient, rest: RestState) -> Option<f64> {
     patient.figures.as_ref().filter(|figures| figures.rest == rest).map(|f| f.young_kpa)
 }
 

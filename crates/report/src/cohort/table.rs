@@ -2,6 +2,7 @@
 
 use super::{Figures, Patient};
 use crate::words::plain;
+use supine_record::ModulusOrigin;
 use supine_space::to_cell;
 
 /// A column: its name, and what stands in it; the figures' columns are empty without a result.
@@ -48,8 +49,8 @@ const COLUMNS: &[(&str, Cell)] = &[
     ("young_kpa", Figure(|f| plain(f.young_kpa, 3))),
     ("young_low_kpa", Figure(|f| known(f, |k| plain(k.0[0], 3)))),
     ("young_high_kpa", Figure(|f| known(f, |k| plain(k.0[1], 3)))),
-    ("young_from", Figure(|f| known(f, |k| k.1.clone()))),
-    ("rest_state", Figure(|f| f.rest.clone())),
+    ("young_from", Figure(|f| known(f, |k| k.1.name().into()))),
+    ("rest_state", Figure(|f| f.rest.to_string())),
     ("tumour_x_mm", Figure(|f| tumour(f, |t| Some(t.displacement_mm[0])))),
     ("tumour_y_mm", Figure(|f| tumour(f, |t| Some(t.displacement_mm[1])))),
     ("tumour_z_mm", Figure(|f| tumour(f, |t| Some(t.displacement_mm[2])))),
@@ -105,7 +106,7 @@ fn number(x: f64) -> String {
     format!("{x}")
 }
 
-fn known(figures: &Figures, of: impl Fn(&([f64; 2], String)) -> String) -> String {
+fn known(figures: &Figures, of: impl Fn(&([f64; 2], ModulusOrigin)) -> String) -> String {
     figures.young_known.as_ref().map(of).unwrap_or_default()
 }
 

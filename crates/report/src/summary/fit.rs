@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
+use supine_record::RestState;
 
 /// Young's modulus by a scan of the sitting patient.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
@@ -59,8 +60,8 @@ impl TissueFit {
 /// are not to be compared.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct StateFit {
-    /// `net` or `unloaded`.
-    pub rest: String,
+    /// That state.
+    pub rest: RestState,
     /// Young's modulus, kPa; the mean over the mesh where it differs from tissue to tissue.
     pub young_kpa: f64,
     /// The interval that holds it with 95 % probability if the model describes the breast, kPa.

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use supine_record::{ModulusOrigin, RestState, UncertaintyShare};
 
 /// How far the tumour moves with the stated probability, when modulus, rest state, chest wall,
 /// region and mesh are as uncertain as they are known to be.
@@ -44,9 +45,8 @@ pub struct ModulusKnown {
     pub young_kpa: [f64; 2],
     /// The modulus that is as often exceeded as not, kPa.
     pub median_kpa: f64,
-    /// `literature`: moduli of other patients; `given`: an interval of the case; `scans`: fitted to
-    /// scans of the patient.
-    pub origin: String,
+    /// Where that comes from.
+    pub origin: ModulusOrigin,
     /// The softest modulus with a usable unloaded shape, of those tried, kPa: softer tissue is no
     /// possibility in that state. Absent when that state was not asked for or has no usable shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -57,19 +57,8 @@ pub struct ModulusKnown {
 /// there.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct OtherRest {
-    /// That state: `net` or `unloaded`.
-    pub rest: String,
+    /// That state.
+    pub rest: RestState,
     /// Its displacement, LPS, mm; `None` where that state has no usable shape at this modulus.
     pub displacement_mm: Option<[f64; 3]>,
-}
-
-/// What one source of uncertainty does while the others stay as in the run.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct UncertaintyShare {
-    /// `modulus`, `tissues`, `rest_state`, `chest_wall`, `region` or `mesh`.
-    pub source: String,
-    /// The length of the displacement, mm.
-    pub length_mm: [f64; 2],
-    /// The tumour's place lies within this distance of the place given, mm.
-    pub within_mm: f64,
 }

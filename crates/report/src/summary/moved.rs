@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use supine_record::Consistency;
 
 /// Result of the warp.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
@@ -43,20 +44,6 @@ pub struct DenseThing {
     /// `still`: it lies where nothing moves; `outside_body`: it lies on the skin or in the air and
     /// stayed.
     pub fate: String,
-}
-
-/// How far from where it began a voxel of the CT comes out that goes forward by one field and back
-/// by the other, sampled between its voxels.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Consistency {
-    /// Voxels that count: those in the mesh that move to where all voxels around are of the mesh.
-    pub voxels: usize,
-    /// Mean, mm.
-    pub mean_mm: f64,
-    /// 99 % lie below this, mm.
-    pub p99_mm: f64,
-    /// Largest, mm.
-    pub max_mm: f64,
 }
 
 /// Distribution of the Jacobian determinant.

@@ -3,7 +3,7 @@ use super::*;
 /// A summary with a value in every field, and awkward strings.
 #[expect(clippy::too_many_lines, reason = "a table of all fields")]
 pub(crate) fn example() -> Summary {
-    let ball = Ball { centre_mm: [40.0, -30.0, 10.0], radius_mm: 10.0 };
+    let ball = SphereRecord { centre_mm: [40.0, -30.0, 10.0], radius_mm: 10.0 };
     let mut summary = Summary {
         tool: Tool { name: "supine".into(), version: "0.1.0".into() },
         status: Status::Done,
@@ -35,9 +35,9 @@ pub(crate) fn example() -> Summary {
                 moduli: None,
                 poisson: 0.45,
                 density_kg_m3: 1000.0,
-                rest: "net".into(),
+                rest: RestState::Net,
                 order: 2,
-                cut: "free".into(),
+                cut: Cut::Free,
             },
             mesh: MeshParameters {
                 tetrahedra: 5000,
@@ -326,8 +326,8 @@ const POSE: [[f64; 4]; 4] =
     [[1.0, 0.0, 0.0, 12.0], [0.0, 1.0, 0.0, -30.0], [0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 0.0, 1.0]];
 
 pub(crate) fn fit() -> TissueFit {
-    let state = |rest: &str, young_kpa: f64, misfit_mm: f64| StateFit {
-        rest: rest.into(),
+    let state = |rest: RestState, young_kpa: f64, misfit_mm: f64| StateFit {
+        rest,
         young_kpa,
         interval_kpa: [young_kpa / 1.05, young_kpa * 1.05],
         deviation: 0.025,
@@ -348,7 +348,7 @@ pub(crate) fn fit() -> TissueFit {
         ended: None,
     };
     TissueFit {
-        states: vec![state("net", 0.6, 0.4), state("unloaded", 0.8, 0.9)],
+        states: vec![state(RestState::Net, 0.6, 0.4), state(RestState::Unloaded, 0.8, 0.9)],
         decided: true,
         evidence: Some(61.0),
         one_modulus: None,
@@ -358,8 +358,8 @@ pub(crate) fn fit() -> TissueFit {
 
 /// An interval as wide as that of tissue that nobody measured.
 fn interval() -> TumourInterval {
-    let share = |source: &str, length_mm: [f64; 2], within_mm: f64| UncertaintyShare {
-        source: source.into(),
+    let share = |source: UncertaintySource, length_mm: [f64; 2], within_mm: f64| UncertaintyShare {
+        source,
         length_mm,
         within_mm,
     };
@@ -375,18 +375,18 @@ fn interval() -> TumourInterval {
         modulus: ModulusKnown {
             young_kpa: [0.23, 2.43],
             median_kpa: 0.75,
-            origin: "literature".into(),
+            origin: ModulusOrigin::Literature,
             softest_unloaded_kpa: Some(0.35),
         },
         other_rest: Some(OtherRest {
-            rest: "unloaded".into(),
+            rest: RestState::Unloaded,
             displacement_mm: Some([3.1, 1.4, -4.4]),
         }),
         shares: vec![
-            share("modulus", [1.0, 7.9], 4.3),
-            share("rest_state", [3.7, 5.6], 1.9),
-            share("chest_wall", [3.5, 3.9], 0.2),
-            share("mesh", [3.7, 3.8], 0.1),
+            share(UncertaintySource::Modulus, [1.0, 7.9], 4.3),
+            share(UncertaintySource::RestState, [3.7, 5.6], 1.9),
+            share(UncertaintySource::ChestWall, [3.5, 3.9], 0.2),
+            share(UncertaintySource::Mesh, [3.7, 3.8], 0.1),
         ],
     }
 }

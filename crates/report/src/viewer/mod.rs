@@ -13,6 +13,7 @@ use crate::{Ellipsoid, Error, Scene, colour};
 use serde::Serialize;
 use sheet::Sheet;
 use slices::Lattice;
+use supine_record::SphereRecord;
 use supine_space::{Point, Progress, View};
 use surface::Surface;
 
@@ -36,8 +37,8 @@ struct Data<'a> {
     colours: Colours,
     /// What the planes go through at first.
     focus_mm: [f64; 3],
-    region: Ball,
-    tumour: Option<Ball>,
+    region: SphereRecord,
+    tumour: Option<SphereRecord>,
     tumour_after_mm: Option<[f64; 3]>,
     tumour_within: Option<&'a Ellipsoid>,
 }
@@ -65,12 +66,6 @@ struct Seen {
 }
 
 #[derive(Serialize)]
-struct Ball {
-    centre_mm: [f64; 3],
-    radius_mm: f64,
-}
-
-#[derive(Serialize)]
 struct Colours {
     before: String,
     after: String,
@@ -95,7 +90,7 @@ pub(crate) fn data(
 ) -> Result<String, Error> {
     let lattice = Lattice::new(scene);
     let sheet = Sheet::new(lattice.size);
-    let ball = |centre: Point, radius_mm| Ball { centre_mm: centre.into(), radius_mm };
+    let ball = |centre: Point, radius_mm| SphereRecord { centre_mm: centre.into(), radius_mm };
     let data = Data {
         origin_mm: lattice.origin.into(),
         step_mm: lattice.step_mm,

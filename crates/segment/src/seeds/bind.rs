@@ -9,7 +9,7 @@ use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use supine_volume::SeedKind;
 
-/// Cost per mm of violation (reference, section 6).
+/// Cost per mm of violation (docs/SEGMENTATION.md, Seeds).
 const HARD: f32 = 1000.0;
 /// The constraint fades as a cone of this slope, out to this distance (the same).
 const CONE: f32 = 0.5;

@@ -4,8 +4,8 @@
 use crate::radial_map::{RAYS, RadialMap};
 use rayon::prelude::*;
 
-// Chosen, not measured, but for the reach: 25 mm was good in the reference, section 6, which tried
-// no other.
+// Chosen, not measured, but for the reach: 25 mm was good in docs/SEGMENTATION.md, Seeds, which
+// tried no other.
 /// Change of the wall's thickness per mm along the surface that is believed without evidence.
 const SLOPE: f32 = 0.2;
 /// Reach of a seed: sigma of a Gaussian along the surface, mm, and where it is cut, sigma.

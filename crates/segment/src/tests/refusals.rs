@@ -1,7 +1,7 @@
 //! What is refused, with its reason; and what must not be.
 
 use super::phantom::{Thorax, Truth};
-use crate::{Bound, Breast, BreastPlace, Error, Info, Params, QualityCheck, RegionCheck, segment};
+use crate::{Breast, BreastPlace, Error, Info, Params, QualityCheck, RegionCheck, segment};
 use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress, Side, Sphere};
 use supine_volume::{Ct, Field, LabelMap, label};
@@ -268,9 +268,9 @@ fn the_figures_of_a_sound_case_lie_within_their_limits_and_those_of_a_bad_one_ne
         segment(Arc::new(changed(|_, v| v)), &Params::default(), Progress::none()).unwrap();
     for g in &info.checks {
         let within = |limit: Option<f64>| {
-            limit.is_none_or(|limit| match g.bound {
-                Bound::AtMost => g.value <= limit,
-                Bound::AtLeast => g.value >= limit,
+            limit.is_none_or(|limit| match g.at_most {
+                true => g.value <= limit,
+                false => g.value >= limit,
             })
         };
         // The phantom's lungs are equally dense everywhere; alone this does not refuse.

@@ -138,7 +138,7 @@ pub fn warp(given: &Warp, observer: &dyn Observer) -> Result<WarpDone, Error> {
         registration,
         forward_then_backward: map
             .filter(|_| given.fields.is_some())
-            .and_then(|map| map.consistency.clone()),
+            .and_then(|map| map.consistency),
         warnings: gather.warnings(),
     })
 }

@@ -1,15 +1,15 @@
 //! The one owner of what is open: requests change it, the page is told of each change.
 
 use crate::Error;
-use crate::adjacent::Beside;
+use crate::adjacent::AdjacentObject;
 use crate::bed::Previewed;
 use crate::bytes::Voxels;
 use crate::follow::Following;
-use crate::job::Watching;
+use crate::job::JobObserver;
 use crate::lines::{Cuttable, Line};
 use crate::live::{KeptBed, Live};
 use crate::roots::{Listing, Roots};
-use crate::show::Seen;
+use crate::show::DisplayedInputs;
 use crate::state::{
     Job, LiveShown, NodeShown, Phase, PreviewShown, Problem, State, SurfaceShown, VolumeShown,
 };
@@ -30,8 +30,8 @@ const OFTEN: Duration = Duration::from_millis(50);
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What is open, who works on it, and who looks.
-pub(crate) struct Desk {
-    held: Mutex<Held>,
+pub(crate) struct Workspace {
+    held: Mutex<OpenCase>,
     idle: Condvar,
     /// What goes on beside the work.
     pub(crate) live: Live,
@@ -44,8 +44,8 @@ pub(crate) struct Desk {
     pub(crate) start: Option<Start>,
 }
 
-/// What the desk holds.
-pub(crate) struct Held {
+/// What the workspace holds.
+pub(crate) struct OpenCase {
     pub(crate) roots: Roots,
     pub(crate) session: Option<Arc<Session>>,
     pub(crate) case: Option<CaseFile>,
@@ -59,11 +59,11 @@ pub(crate) struct Held {
     pub(crate) surfaces: BTreeMap<&'static str, (String, Shape, Drawn)>,
     /// What planes cut, by volume, with the keys under which it is asked for.
     pub(crate) lines: BTreeMap<&'static str, (String, Arc<Cuttable>)>,
-    pub(crate) seen: Seen,
+    pub(crate) seen: DisplayedInputs,
     /// The patient's own structures and doses that are shown.
     pub(crate) own: Option<OwnObjects>,
     /// What lies beside the CT.
-    pub(crate) beside: Vec<Beside>,
+    pub(crate) beside: Vec<AdjacentObject>,
     /// The side that was proposed from the tumour's place, as long as nobody has set one.
     pub(crate) side_proposed: bool,
     /// The last change of the case, as the command line takes it.
@@ -73,7 +73,7 @@ pub(crate) struct Held {
     /// The case that it is of, as text; none where it was changed during the run.
     pub(crate) result_of: Option<String>,
     /// What was told of the work, the newest last.
-    pub(crate) log: VecDeque<Told>,
+    pub(crate) log: VecDeque<LogLine>,
     /// The last picture of the table.
     pub(crate) previewed: Option<Previewed>,
     /// The series of the folder that was looked through: where, and which Series Instance UID.
@@ -87,8 +87,8 @@ pub(crate) struct Held {
     closed: bool,
 }
 
-impl Desk {
-    /// A desk that sees what lies below a folder.
+impl Workspace {
+    /// A workspace that sees what lies below a folder.
     ///
     /// # Errors
     /// When it is not there.
@@ -102,7 +102,7 @@ impl Desk {
             command: "supine open".into(),
             ..State::default()
         };
-        let held = Held {
+        let held = OpenCase {
             roots: Roots::new(root)?,
             session: None,
             case: None,
@@ -112,7 +112,7 @@ impl Desk {
             voxels: BTreeMap::new(),
             surfaces: BTreeMap::new(),
             lines: BTreeMap::new(),
-            seen: Seen::default(),
+            seen: DisplayedInputs::default(),
             own: None,
             beside: vec![],
             side_proposed: false,
@@ -140,7 +140,7 @@ impl Desk {
     }
 
     /// Changes what is held, and tells.
-    pub(crate) fn change<T>(&self, change: impl FnOnce(&mut Held) -> T) -> T {
+    pub(crate) fn change<T>(&self, change: impl FnOnce(&mut OpenCase) -> T) -> T {
         let mut held = self.held();
         let out = change(&mut held);
         self.tell(&mut held);
@@ -148,7 +148,7 @@ impl Desk {
     }
 
     /// The same where the page need not be told of each change.
-    pub(crate) fn change_often(&self, change: impl FnOnce(&mut Held)) {
+    pub(crate) fn change_often(&self, change: impl FnOnce(&mut OpenCase)) {
         let mut held = self.held();
         change(&mut held);
         if held.told_at.is_none_or(|at| at.elapsed() >= OFTEN) {
@@ -156,12 +156,12 @@ impl Desk {
         }
     }
 
-    fn tell(&self, held: &mut Held) {
+    fn tell(&self, held: &mut OpenCase) {
         held.told_at = Some(Instant::now());
         self.told.send_replace(text(&held.state));
     }
 
-    pub(crate) fn held(&self) -> MutexGuard<'_, Held> {
+    pub(crate) fn held(&self) -> MutexGuard<'_, OpenCase> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -191,7 +191,7 @@ impl Desk {
     pub(crate) fn begin(
         self: &Arc<Self>,
         what: &str,
-        work: impl FnOnce(&Arc<Self>, &Watching) -> Result<(), Error> + Send + 'static,
+        work: impl FnOnce(&Arc<Self>, &JobObserver) -> Result<(), Error> + Send + 'static,
     ) -> Result<(), Error> {
         let cancel = self.change(|held| {
             if held.state.job.is_some() || held.closed {
@@ -203,19 +203,19 @@ impl Desk {
             Ok(Arc::clone(&held.cancel))
         })?;
         self.live.make_way();
-        let (desk, watching) = (Arc::clone(self), Watching::new(Arc::clone(self), cancel));
+        let (workspace, watching) = (Arc::clone(self), JobObserver::new(Arc::clone(self), cancel));
         std::thread::spawn(move || {
-            // What fails here must not leave the desk busy for ever.
-            let work = std::panic::AssertUnwindSafe(|| work(&desk, &watching));
+            // What fails here must not leave the workspace busy for ever.
+            let work = std::panic::AssertUnwindSafe(|| work(&workspace, &watching));
             let done = std::panic::catch_unwind(work);
-            let session = desk.change(|held| {
+            let session = workspace.change(|held| {
                 held.end(done.unwrap_or_else(|_| Err(Error::Broken)));
                 held.session.clone().filter(|_| !held.closed)
             });
             if let Some(session) = session {
-                desk.prepare(&session);
+                workspace.prepare(&session);
             }
-            desk.idle.notify_all();
+            workspace.idle.notify_all();
         });
         Ok(())
     }
@@ -232,7 +232,7 @@ impl Desk {
         let mut held = self.held();
         held.closed = true;
         held.cancel.store(true, Ordering::SeqCst);
-        let busy = |held: &mut Held| held.state.job.is_some();
+        let busy = |held: &mut OpenCase| held.state.job.is_some();
         drop(self.idle.wait_timeout_while(held, PATIENCE, busy));
     }
 
@@ -255,7 +255,7 @@ impl Desk {
     }
 
     /// What was told of the work.
-    pub(crate) fn log(&self) -> Vec<Told> {
+    pub(crate) fn log(&self) -> Vec<LogLine> {
         self.held().log.iter().cloned().collect()
     }
 
@@ -284,7 +284,7 @@ impl Desk {
 
 /// A line of the log.
 #[derive(Clone, Debug, serde::Serialize)]
-pub(crate) struct Told {
+pub(crate) struct LogLine {
     /// Since the work began.
     seconds: f64,
     stage: String,
@@ -294,14 +294,14 @@ pub(crate) struct Told {
 /// More lines are not kept.
 const LOG: usize = 500;
 
-impl Held {
+impl OpenCase {
     /// Adds a line to the log.
     pub(crate) fn tell(&mut self, began: Instant, stage: &str, text: String) {
         if self.log.len() == LOG {
             self.log.pop_front();
         }
         let seconds = began.elapsed().as_secs_f64();
-        self.log.push_back(Told { seconds, stage: stage.into(), text });
+        self.log.push_back(LogLine { seconds, stage: stage.into(), text });
     }
 
     fn end(&mut self, done: Result<(), Error>) {
@@ -395,7 +395,7 @@ impl Held {
         self.state.revision += 1;
         self.voxels.clear();
         self.surfaces.clear();
-        (self.seen, self.state.live) = (Seen::default(), LiveShown::default());
+        (self.seen, self.state.live) = (DisplayedInputs::default(), LiveShown::default());
         self.previewed = None;
         self.state.preview_bed = PreviewShown::default();
         self.state.preview_applicator = PreviewShown::default();
