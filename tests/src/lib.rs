@@ -22,5 +22,5 @@ pub use finished::Finished;
 pub use folder::{
     FINAL_NAMES, copy_folder, copy_series, files_below, forgotten, leftovers, results,
 };
-pub use structures::{Drawn, frame_of_reference, write_structures};
+pub use structures::{Drawn, frame_of_reference, write_structures, write_structures_of};
 pub use workspace::{metadata, root, target};

@@ -35,6 +35,14 @@ pub fn frame_of_reference(slice: &Path) -> String {
 /// # Panics
 /// When it cannot be written.
 pub fn write_structures(path: &Path, frame: &str, regions: &[Drawn]) {
+    write_structures_of(path, frame, "", regions);
+}
+
+/// The same of a patient with this ID.
+///
+/// # Panics
+/// When it cannot be written.
+pub fn write_structures_of(path: &Path, frame: &str, patient: &str, regions: &[Drawn]) {
     const CLASS: &str = "1.2.840.10008.5.1.4.1.1.481.3";
     const INSTANCE: &str = "2.25.3141592653589793";
     let mut meta =
@@ -49,6 +57,7 @@ pub fn write_structures(path: &Path, frame: &str, regions: &[Drawn]) {
     bytes.extend(element(0x0008_0016, b"UI", CLASS));
     bytes.extend(element(0x0008_0018, b"UI", INSTANCE));
     bytes.extend(element(0x0008_0060, b"CS", "RTSTRUCT"));
+    bytes.extend(element(0x0010_0020, b"LO", patient));
     bytes.extend(element(0x0020_000D, b"UI", "2.25.2"));
     bytes.extend(element(0x0020_000E, b"UI", "2.25.3"));
     let numbered = || (1..).zip(regions);

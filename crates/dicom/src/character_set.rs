@@ -6,7 +6,7 @@ use dicom_dictionary_std::tags;
 use dicom_encoding::text::{SpecificCharacterSet, TextCodec};
 
 /// Begins an escape sequence.
-const ESCAPE: u8 = 0x1B;
+pub(crate) const ESCAPE: u8 = 0x1B;
 
 /// What stands for a set of letters in the upper or lower half of the codes: the name by which it
 /// is decoded, and the sequence that the decoder wants to see before and after.
@@ -127,6 +127,18 @@ fn turkish(byte: u8) -> char {
         0xFD => 'ı',
         0xFE => 'ş',
         other => char::from(other),
+    }
+}
+
+/// A text with question marks for letters beyond ASCII.
+pub(crate) fn question_marks(bytes: &[u8]) -> Vec<u8> {
+    let ascii = |c: char| u8::try_from(c).ok().filter(u8::is_ascii).unwrap_or(b'?');
+    match extended("", bytes).filter(|_| bytes.contains(&ESCAPE)) {
+        Some(text) => text.chars().map(ascii).collect(),
+        None => {
+            let plain = |&b: &u8| if b.is_ascii() && b != ESCAPE { b } else { b'?' };
+            bytes.iter().map(plain).collect()
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What goes with an exported CT: doses, structures and registrations say the same of patient,
 //! study, frame of reference and maker.
 
+use crate::character_set::{ESCAPE, question_marks};
 use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
 use crate::deformed::{MANUFACTURER, MODEL};
@@ -224,21 +225,26 @@ pub(crate) fn characters(
     true
 }
 
-/// Whether all its own values are ASCII.
+/// Whether all its own values are ASCII. Letters after an escape sequence have seven bits and are
+/// none.
 fn ascii(set: &DataSet) -> bool {
     set.elements().iter().all(|e| match &e.value {
-        Value::Bytes(bytes) => bytes.is_ascii(),
+        Value::Bytes(bytes) => is_plain(bytes),
         _ => true,
     })
+}
+
+/// Whether bytes are ASCII and hold no escape sequence.
+fn is_plain(bytes: &[u8]) -> bool {
+    bytes.iter().all(|b| b.is_ascii() && *b != ESCAPE)
 }
 
 /// Question marks for letters beyond ASCII, also in sequences.
 pub(crate) fn plain(set: &mut DataSet) {
     for element in set.elements().to_vec() {
         let value = match element.value {
-            Value::Bytes(bytes) if is_text(element.vr) && !bytes.is_ascii() => {
-                let plain = |b: u8| if b.is_ascii() { b } else { b'?' };
-                Value::Bytes(bytes.into_iter().map(plain).collect())
+            Value::Bytes(bytes) if is_text(element.vr) && !is_plain(&bytes) => {
+                Value::Bytes(question_marks(&bytes))
             }
             Value::Items(mut items) => {
                 items.iter_mut().for_each(plain);
@@ -279,4 +285,40 @@ pub(crate) fn same_patient(file: &str, header: &DataSet, ct: &Source) -> Result<
         return Ok(());
     }
     Err(Error::attribute(file, "Patient ID", "is not that of the CT: it is of another patient"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A structure set with one region, called 腫瘍 in ISO-2022-JP.
+    fn japanese() -> DataSet {
+        let mut roi = DataSet::default();
+        roi.put(tags::ROI_NAME, VR::LO, Value::Bytes(b"\x1b$B<pag\x1b(B ".to_vec()));
+        let mut set = DataSet::default();
+        set.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, "\\ISO 2022 IR 87");
+        set.put(tags::STRUCTURE_SET_ROI_SEQUENCE, VR::SQ, Value::Items(vec![roi]));
+        set
+    }
+
+    #[test]
+    fn names_of_seven_bits_behind_an_escape_keep_their_character_set() {
+        let (from, names) = (japanese(), [tags::STRUCTURE_SET_ROI_SEQUENCE]);
+        let ct = |name: &[u8]| {
+            let mut set = DataSet::default();
+            set.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, "ISO_IR 100");
+            set.put(tags::PATIENT_NAME, VR::PN, Value::Bytes(name.to_vec()));
+            set
+        };
+        let (mut set, mut warnings) = (ct(b"Doe^Jane"), Vec::new());
+        assert!(!characters(&mut set, &from, &names, &mut warnings) && warnings.is_empty());
+        assert_eq!(set.text(tags::SPECIFIC_CHARACTER_SET), "\\ISO 2022 IR 87");
+        // Where the patient's own name needs the other set, that is told, and no code is left.
+        let mut set = ct(b"M\xfcller^Eva");
+        assert!(characters(&mut set, &from, &names, &mut warnings) && warnings.len() == 1);
+        let mut plain_set = from;
+        plain(&mut plain_set);
+        let roi = &plain_set.items(tags::STRUCTURE_SET_ROI_SEQUENCE)[0];
+        assert_eq!(roi.text(tags::ROI_NAME), "??");
+    }
 }

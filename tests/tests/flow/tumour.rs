@@ -4,7 +4,9 @@ use crate::shared::{scratch, shared};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::Path;
-use supine_tests::{Case, Drawn, Outcome, frame_of_reference, source, supine, write_structures};
+use supine_tests::{
+    Case, Drawn, Outcome, frame_of_reference, source, supine, write_structures, write_structures_of,
+};
 
 /// The tumour of the fixture patient.
 const GTV: Drawn = Drawn { name: "GTV", centre: [91.37, -248.09, -594.5], radius: 9.0 };
@@ -58,6 +60,27 @@ fn the_tumour_is_the_sphere_of_its_region() {
     let case = out.join("summary.json");
     let said = run(&case, &folder.path().join("again"), "region");
     said.success("the run of a summary");
+}
+
+#[test]
+fn a_tumour_that_was_drawn_on_another_patient_is_refused() {
+    let folder = scratch();
+    let place = "{ structure = \"GTV\", file = \"RS.dcm\" }";
+    for (patient, code) in [("PH0143", Some(0)), ("ZZ9", Some(1))] {
+        write_structures_of(&folder.path().join("RS.dcm"), &frame(), patient, &[GTV]);
+        let said = supine(&[&"check", &case(folder.path(), place)]);
+        assert_eq!(said.code, code, "{}", said.stderr);
+        let told = said.stderr.contains("of another patient than the CT");
+        assert_eq!(told, code == Some(1), "{}", said.stderr);
+    }
+    let rs = folder.path().join("RS.dcm");
+    let labels = format!("{{ file = '{}', chest_wall = \"GTV\" }}", rs.display());
+    let said = run(
+        &Case::small().with("labels", &labels).write(folder.path()),
+        &folder.path().join("out"),
+        "segment",
+    );
+    assert!(said.stderr.contains("of another patient than the CT"), "{}", said.stderr);
 }
 
 #[test]

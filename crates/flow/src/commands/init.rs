@@ -165,5 +165,8 @@ fn side(
     if let Some(frame) = tumour.frame_of_reference() {
         crate::shared::of_the_ct(frame, read.source.as_ref())?;
     }
+    if let Some(structures) = &given.structures {
+        crate::shared::of_the_patient(structures, read.source.as_ref())?;
+    }
     Ok(tumour_place(&read.ct, sphere, given.breast)?.side.or(given.breast))
 }

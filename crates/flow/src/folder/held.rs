@@ -42,6 +42,11 @@ impl HeldResult {
         })
     }
 
+    /// The result that a later run has set aside until it is finished itself.
+    pub(crate) fn set_aside(root: &Path) -> Option<Self> {
+        Self::of(&root.join(names::PREVIOUS))
+    }
+
     /// In words for people.
     pub(crate) fn told(&self) -> String {
         let of =

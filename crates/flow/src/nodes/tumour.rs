@@ -5,7 +5,7 @@ use super::Import;
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
-use crate::shared::{PlacedTumour, of_the_ct};
+use crate::shared::{PlacedTumour, of_the_ct, of_the_patient};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,7 @@ pub(crate) struct Placed {
 
 impl Node for Tumour {
     const ID: NodeId = NodeId::Tumour;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import,);
@@ -48,7 +48,8 @@ impl Node for Tumour {
     }
 
     fn run(inputs: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Placed, Error> {
-        if let Some((_, frame)) = &inputs.drawn {
+        if let Some((file, frame)) = &inputs.drawn {
+            of_the_patient(&file.path, input.source.as_ref())?;
             work.warn_all(of_the_ct(frame, input.source.as_ref())?);
         }
         work.warn_all(inputs.warnings.iter().cloned());

@@ -212,9 +212,10 @@ impl Session {
         }
     }
 
-    /// The finished result of another case that a folder holds; nothing is changed.
+    /// The finished result of another case that a folder holds, also one that a run which failed
+    /// has set aside; nothing is changed.
     pub(crate) fn other_result(&self, root: &Path) -> Option<HeldResult> {
-        let held = HeldResult::of(root)?;
+        let held = HeldResult::of(root).or_else(|| HeldResult::set_aside(root))?;
         let ground = self.ground();
         let ct = ground.case.ct.as_ref().map(|ct| ground.path(ct));
         // A CT that was given in memory has no place, and no result of it is kept in a folder.

@@ -4,9 +4,10 @@ use crate::Error;
 use crate::inputs::InputFile;
 use crate::nearest::nearest;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use supine_dicom::{Roi, Source, Structures, read_structures};
-use supine_space::{Sphere, Warning};
+use supine_dicom::{Roi, Source, Structures, object_files, read_structures};
+use supine_space::{Progress, Sphere, Warning};
 
 /// Names of regions told in one message.
 const TOLD: usize = 20;
@@ -90,7 +91,7 @@ pub(crate) fn drawn(
 ///
 /// # Errors
 /// When the file is no structure set.
-pub fn tumour_regions(path: &std::path::Path) -> Result<Vec<String>, Error> {
+pub fn tumour_regions(path: &Path) -> Result<Vec<String>, Error> {
     let structures = read_structures(path).map_err(Error::TumourFile)?;
     let (all, same) = (structures.rois(), |name: &str| {
         structures.rois().iter().filter(|roi| roi.name == name).count()
@@ -103,7 +104,7 @@ pub fn tumour_regions(path: &std::path::Path) -> Result<Vec<String>, Error> {
 ///
 /// # Errors
 /// When the file is no structure set, has no such region, or the region encloses no volume.
-pub fn tumour_centre(path: &std::path::Path, region: &str) -> Result<[f64; 3], Error> {
+pub fn tumour_centre(path: &Path, region: &str) -> Result<[f64; 3], Error> {
     let structures = read_structures(path).map_err(Error::TumourFile)?;
     let ((sphere, _), _) = drawn(&structures, region)?;
     Ok(sphere.centre().coords.into())
@@ -122,6 +123,19 @@ fn not_one(name: &str, times: usize, names: &[&str]) -> String {
         listed.push(format!("{} more", names.len() - TOLD));
     }
     format!("no region of the file is called {name:?}{hint} There are {}", listed.join(", "))
+}
+
+/// That an object is of the patient of the CT, where both name one: objects of another patient may
+/// bear the CT's frame of reference after a merge or a copy.
+///
+/// # Errors
+/// [`Error::OtherPatient`], and when the object cannot be read.
+pub(crate) fn of_the_patient(path: &Path, ct: Option<&Source>) -> Result<(), Error> {
+    let own = ct.map(|ct| ct.whose().id).unwrap_or_default();
+    let found = object_files(path, Progress::none()).map_err(Error::Carried)?;
+    let is_other = |id: &str| !own.is_empty() && !id.is_empty() && id != own;
+    let other = found.objects.iter().any(|object| is_other(&object.owner.patient));
+    if other { Err(Error::OtherPatient { path: path.into() }) } else { Ok(()) }
 }
 
 /// That a region was drawn on this CT, by the frame of reference; a warning where that cannot be

@@ -102,6 +102,11 @@ fn a_result_that_may_be_replaced_is_kept_until_another_is_finished() {
     let lost: Vec<_> =
         before.keys().filter(shown).filter(|name| kept.get(*name) != before.get(*name)).collect();
     assert!(lost.is_empty(), "lost: {lost:?}");
+    // Another woman's CT does not take the place of what was set aside.
+    another_ct(&done);
+    let said = done.run(&done.case.replace("ct = \"ct\"", "ct = \"other\"")).unwrap_err();
+    assert!(said.contains("--overwrite"), "{said}");
+    assert!(read_all(&done.out().join("previous")) == kept, "nothing was touched");
     done.run(&done.case.replace("ap = 7.0", "ap = 6.0")).unwrap();
     assert!(!done.out().join("previous").exists(), "another is finished");
 }
