@@ -6,15 +6,13 @@ use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::lazy::Lazy;
 use crate::shared::{
-    LabelOrigin, RegionNames, SuppliedLabels, of_the_patient, read_supplied, read_surfaces,
-    write_surfaces,
+    LabelOrigin, RegionNames, SuppliedLabels, read_supplied, read_surfaces, write_surfaces,
 };
 use crate::spec::stroke_json;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use supine_dicom::region_object;
 use supine_exchange::{
     is_points_name, read_labels, read_seeds, read_tenths, write_labels, write_tenths,
 };
@@ -194,11 +192,8 @@ fn supplied(
     work: &Work<'_>,
 ) -> Result<Segmented, Error> {
     let labels = SuppliedLabels { file: file.path.clone(), names: names.clone() };
-    if region_object(&file.path).map_err(Error::LabelsObject)?.is_some() {
-        of_the_patient(&file.path, input.source.as_ref())?;
-    }
-    let frame = input.source.as_ref().map(|source| source.frame_of_reference_uid());
-    let (labels, warnings) = read_supplied(&labels, &input.ct, frame.as_deref(), work.progress)?;
+    let source = input.source.as_ref();
+    let (labels, warnings) = read_supplied(&labels, &input.ct, source, work.progress)?;
     file.check_unchanged()?;
     work.warn_all(warnings);
     let mut segmented = Segmented::given(Arc::new(labels), None);

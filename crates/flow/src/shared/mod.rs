@@ -43,5 +43,7 @@ pub use statics::statics;
 pub(crate) use supine_exchange::is_volume_name as is_volume;
 pub use surfaces::{read_surfaces, write_surfaces};
 pub(crate) use texts::{IMAGE_COMMENTS, derivation, series_description};
-pub(crate) use tumour::{PlacedTumour, TumourCache, drawn, of_the_ct, of_the_patient};
+pub(crate) use tumour::{
+    PlacedTumour, TumourCache, drawn, of_the_ct, of_the_patient, refuse_patients,
+};
 pub use tumour::{tumour_centre, tumour_regions};

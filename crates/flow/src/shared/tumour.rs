@@ -132,9 +132,16 @@ fn not_one(name: &str, times: usize, names: &[&str]) -> String {
 /// [`Error::OtherPatient`], and when the object cannot be read.
 pub(crate) fn of_the_patient(path: &Path, ct: Option<&Source>) -> Result<(), Error> {
     let own = ct.map(|ct| ct.whose().id).unwrap_or_default();
+    refuse_patients(path, |id| !own.is_empty() && !id.is_empty() && id != own)
+}
+
+/// Refuses an object of a patient whose ID is one of these.
+///
+/// # Errors
+/// As [`of_the_patient`].
+pub(crate) fn refuse_patients(path: &Path, these: impl Fn(&str) -> bool) -> Result<(), Error> {
     let found = object_files(path, Progress::none()).map_err(Error::Carried)?;
-    let is_other = |id: &str| !own.is_empty() && !id.is_empty() && id != own;
-    let other = found.objects.iter().any(|object| is_other(&object.owner.patient));
+    let other = found.objects.iter().any(|object| these(&object.owner.patient));
     if other { Err(Error::OtherPatient { path: path.into() }) } else { Ok(()) }
 }
 

@@ -5,7 +5,7 @@
 //! an object is compared with and what it may name, the other files move it and write it.
 
 use crate::Error;
-use crate::shared::{CtInput, ExportSource, read_ct};
+use crate::shared::{CtInput, ExportSource, read_ct, refuse_patients};
 use std::path::{Path, PathBuf};
 use supine_dicom::{
     Anonymiser, CompanionParams, Deformable, Dose, NOT_USABLE, ObjectReference, ReadParams,
@@ -191,9 +191,7 @@ impl CarryContext {
         else {
             return Ok(());
         };
-        let found = supine_dicom::object_files(path, Progress::none()).map_err(Error::Carried)?;
-        let other = found.objects.iter().any(|object| object.owner.patient != *own);
-        if other { Err(Error::OtherPatient { path: path.into() }) } else { Ok(()) }
+        refuse_patients(path, |id| id != own)
     }
 
     /// The headers that an object is written with.

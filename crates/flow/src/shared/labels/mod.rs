@@ -7,11 +7,12 @@ mod roles;
 pub use export::{LabelOrigin, write_dicom_labels};
 pub use roles::{RegionNameError, RegionNames};
 
+use super::of_the_patient;
 use crate::Error;
 use compose::{Regions, compose};
 use roles::{Candidate, plan};
 use std::path::PathBuf;
-use supine_dicom::{RegionObject, read_segmentation, read_structures, region_object};
+use supine_dicom::{RegionObject, Source, read_segmentation, read_structures, region_object};
 use supine_exchange::{SuppliedLabels as ReadLabels, read_supplied_labels};
 use supine_space::{Grid, Progress, Warning};
 use supine_volume::{Ct, LabelMap};
@@ -34,15 +35,16 @@ pub struct SuppliedLabels {
 pub fn read_supplied(
     supplied: &SuppliedLabels,
     ct: &Ct,
-    frame_of_reference: Option<&str>,
+    source: Option<&Source>,
     progress: Progress<'_>,
 ) -> Result<(LabelMap, Vec<Warning>), Error> {
     let path = &supplied.file;
     if let Err(source) = std::fs::metadata(path) {
         return Err(Error::Missing { key: "labels.file", path: path.into(), source });
     }
-    let (grid, frame) = (ct.grid(), frame_of_reference);
-    let opened = open(supplied, grid, frame, progress.part(0.0, 0.2))?;
+    let (grid, frame) = (ct.grid(), source.map(Source::frame_of_reference_uid));
+    let frame = frame.as_deref();
+    let opened = open(supplied, grid, source, progress.part(0.0, 0.2))?;
     progress.at(0.2)?;
     let (labels, mut warnings) = match opened {
         Opened::Numbers(labels) => (labels, vec![]),
@@ -69,13 +71,19 @@ enum Opened {
 fn open(
     supplied: &SuppliedLabels,
     grid: &Grid,
-    frame: Option<&str>,
+    source: Option<&Source>,
     progress: Progress<'_>,
 ) -> Result<Opened, Error> {
     let path = &supplied.file;
-    Ok(Opened::Regions(match region_object(path).map_err(Error::LabelsObject)? {
+    let object = region_object(path).map_err(Error::LabelsObject)?;
+    if object.is_some() {
+        of_the_patient(path, source)?;
+    }
+    Ok(Opened::Regions(match object {
         Some(RegionObject::Segmentation) => {
-            let read = read_segmentation(path, grid, frame).map_err(Error::LabelsObject)?;
+            let frame = source.map(Source::frame_of_reference_uid);
+            let read =
+                read_segmentation(path, grid, frame.as_deref()).map_err(Error::LabelsObject)?;
             Regions::Segmentation(Box::new(read))
         }
         Some(RegionObject::Structures) => {
