@@ -313,3 +313,16 @@ fn nobody_listening_ends_no_run() {
     assert!(run.wait().unwrap().success());
     assert!(folder.path().join("out/mesh/rest.vtu").is_file());
 }
+
+/// Its slices are not written while another one reads them.
+#[test]
+fn a_demo_does_not_touch_the_folder_of_one_that_is_at_work() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    std::fs::create_dir_all(out.join(".stages")).expect("a folder can be made");
+    let held = std::fs::File::create(out.join(".stages/lock")).expect("a file can be made");
+    held.lock().expect("nobody else holds it");
+    let said = supine(&[&"demo", &"--out", &out]);
+    assert!(said.stderr.contains("another run is at work"), "{}", said.stderr);
+    assert!(!out.join("case").exists());
+}

@@ -67,7 +67,8 @@ fn text(done: &CarryDone, out: &Path) -> String {
             });
             format!(
                 "{out}: dose, maximum {max:.2} Gy before, {max_after:.2} Gy after; integral {sum:.1} Gy ml before, \
-                 {sum_after:.1} Gy ml after{}",
+                 {sum_after:.1} Gy ml after (in the file {:.1}: there the tissue's dose goes on into the air beside the skin){}",
+                dose.written_gy_ml,
                 mass.unwrap_or_default()
             )
         }

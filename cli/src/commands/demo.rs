@@ -8,9 +8,10 @@ use crate::screen::Screen;
 use crate::start::start;
 use include_dir::{Dir, include_dir};
 use std::path::Path;
-use supine_flow::Options;
+
 use supine_flow::commands::Colour;
 use supine_flow::commands::run::Run;
+use supine_flow::{Options, RunFolder};
 use supine_space::Failure as Kind;
 
 /// The synthetic patient: `fixtures/patient`, which no person ever was.
@@ -19,10 +20,10 @@ const CASE: &str = include_str!("../../../fixtures/patient/case.toml");
 
 pub(crate) fn demo(args: &args::Demo, screen: &Screen) -> Result<End, Failure> {
     let folder = args.out.join("case");
-    unpack(&folder).map_err(|e| {
-        let text = format!("the demo's case cannot be written to {}: {e}", folder.display());
-        Failure::new(Kind::of_output(&e), text)
-    })?;
+    // Another demo may be at work there.
+    let held = RunFolder::open(&args.out)?;
+    unpack(&folder)?;
+    drop(held);
     let case = folder.join("case.toml");
     screen.say(&format!("a synthetic patient: {}", case.display()));
     let (out, start) = (args.out.clone(), Some(start()?));
@@ -31,11 +32,55 @@ pub(crate) fn demo(args: &args::Demo, screen: &Screen) -> Result<End, Failure> {
     case_into(&given, Colour::Amber, screen)
 }
 
-fn unpack(folder: &Path) -> std::io::Result<()> {
+/// Writes the case and its CT into a folder; what is there already stays.
+fn unpack(folder: &Path) -> Result<(), Failure> {
     let ct = folder.join("ct");
-    std::fs::create_dir_all(&ct)?;
+    std::fs::create_dir_all(&ct).map_err(|e| unwritten(&ct, &e))?;
     for file in CT.files() {
-        std::fs::write(ct.join(file.path()), file.contents())?;
+        keep_or_write(&ct.join(file.path()), file.contents())?;
     }
-    std::fs::write(folder.join("case.toml"), CASE)
+    keep_or_write(&folder.join("case.toml"), CASE.as_bytes())
+}
+
+/// Writes a file whole or not at all.
+///
+/// # Errors
+/// When it is there with another content: somebody may have changed it.
+fn keep_or_write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    match std::fs::read(path) {
+        Ok(found) if found == bytes => return Ok(()),
+        Ok(_) => {
+            let text = format!(
+                "{} is not as the demo writes it: run it by `supine run`, or name another --out",
+                path.display()
+            );
+            return Err(Failure::coded(Kind::Usage, "output-foreign", text).at(path));
+        }
+        Err(_) => {}
+    }
+    let part = path.with_extension("part");
+    let written = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path));
+    written.map_err(|e| unwritten(path, &e))
+}
+
+fn unwritten(path: &Path, error: &std::io::Error) -> Failure {
+    let text = format!("the demo's case cannot be written: {}: {error}", path.display());
+    Failure::new(Kind::of_output(error), text).at(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_somebody_changed_stays() {
+        let dir = tempfile::tempdir().unwrap();
+        let case = dir.path().join("case.toml");
+        unpack(dir.path()).unwrap();
+        unpack(dir.path()).unwrap();
+        std::fs::write(&case, "# mine").unwrap();
+        let refused = unpack(dir.path()).unwrap_err();
+        assert!(refused.message.contains("case.toml is not as the demo writes it"));
+        assert_eq!(std::fs::read_to_string(&case).unwrap(), "# mine");
+    }
 }

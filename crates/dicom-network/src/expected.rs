@@ -88,7 +88,7 @@ mod tests {
 
     fn owner(patient: &str, study: &str, series: &str, date: &str) -> Owner {
         let [patient, study, series, date] = [patient, study, series, date].map(String::from);
-        Owner { patient, study, date, series }
+        Owner { patient, study, date, series, ..Owner::default() }
     }
 
     fn expected(patient: Option<&str>) -> Expected {

@@ -243,6 +243,19 @@ pub enum Error {
         /// What is wrong with its contours.
         source: supine_volume::ContourError,
     },
+    /// A region of interest of which nothing is closed.
+    #[error(
+        "{file}: the region {name:?} is drawn as {lines} point(s) and open line(s) alone, which enclose \
+         nothing: close its contours (Contour Geometric Type CLOSED_PLANAR)"
+    )]
+    OpenContours {
+        /// The file.
+        file: String,
+        /// Name of the region.
+        name: String,
+        /// How many points and lines it has.
+        lines: usize,
+    },
     /// A text that was to be written does not fit its attribute.
     #[error("{attribute} cannot be written: {reason}")]
     Text {

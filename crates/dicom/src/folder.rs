@@ -2,6 +2,7 @@
 
 use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
+use crate::character_set::readable;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
 use crate::excluded::{LeftOut, LeftOutReason};
@@ -402,7 +403,7 @@ fn opened(error: OpenError, path: &Path, file: String) -> Result<Found, Error> {
 fn series_head(set: &DataSet) -> SeriesHead {
     SeriesHead {
         uid: set.text(tags::SERIES_INSTANCE_UID),
-        description: set.text(tags::SERIES_DESCRIPTION),
+        description: readable(set, tags::SERIES_DESCRIPTION),
         number: set.text(tags::SERIES_NUMBER),
         whose: patient_identity(set),
         localizer: set.texts(tags::IMAGE_TYPE).get(2).is_some_and(|v| v == "LOCALIZER"),

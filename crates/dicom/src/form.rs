@@ -145,8 +145,14 @@ pub(crate) fn mend(header: &mut DataSet) {
 pub(crate) fn told(header: &DataSet) -> Vec<Warning> {
     let mut told: Vec<Warning> = mended(header)
         .into_iter()
-        .map(|(tag, _, text)| {
-            let done = if text.is_empty() { "left out" } else { "written as it must be" };
+        .map(|(tag, vr, text)| {
+            let cut = longest(vr).is_some_and(|most| header.text(tag).chars().count() > most);
+            let done = match (text.is_empty(), cut) {
+                (true, _) => "left out".into(),
+                (false, false) => "written as it must be".into(),
+                // Who searches for the whole value does not find it.
+                (false, true) => format!("cut to {} characters", text.chars().count()),
+            };
             let text = format!(
                 "{tag} of the source does not have the form that DICOM asks for: it is {done} in what is exported"
             );
@@ -187,7 +193,10 @@ mod tests {
         ];
         for (tag, vr, bytes, want) in cases {
             let mut set = header(&[(tag, vr, bytes)]);
-            assert_eq!(told(&set).len(), 1, "{want}");
+            let said = told(&set);
+            assert_eq!(said.len(), 1, "{want}");
+            let cut = said[0].to_string().contains("cut to 16 characters");
+            assert_eq!(cut, tag == tags::ACCESSION_NUMBER, "{said:?}");
             mend(&mut set);
             assert_eq!((set.text(tag).as_str(), told(&set).len()), (want, 0));
         }

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::{Listed, MAX_FOLDER_DEPTH, below};
 use crate::folder::kind;
+use crate::patient_identity::patient_identity;
 use crate::uid;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
@@ -54,6 +55,10 @@ pub const NOT_USABLE: &str = "NOT USABLE";
 pub struct Owner {
     /// Patient ID, in its own character set.
     pub patient: String,
+    /// Patient's Name, as people write it.
+    pub name: String,
+    /// Patient's Birth Date, as people write it.
+    pub born: String,
     /// Study Instance UID.
     pub study: String,
     /// Study Date.
@@ -70,8 +75,11 @@ impl std::fmt::Debug for Owner {
 
 impl Owner {
     fn of(set: &DataSet) -> Self {
+        let whose = patient_identity(set);
         Self {
-            patient: readable(set, tags::PATIENT_ID),
+            patient: whose.id,
+            name: whose.name,
+            born: whose.born,
             study: set.text(tags::STUDY_INSTANCE_UID),
             date: set.text(tags::STUDY_DATE),
             series: set.text(tags::SERIES_INSTANCE_UID),
@@ -115,7 +123,7 @@ pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, 
     let mut files = ObjectFiles { foreign, ..ObjectFiles::default() };
     for one in found {
         match one? {
-            Looked::Object(object) => files.objects.push(object),
+            Looked::Object(object) => files.objects.push(*object),
             Looked::Foreign(left) => files.foreign.push(left),
             Looked::Damaged(left) => files.damaged.push(left),
         }
@@ -124,7 +132,7 @@ pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, 
 }
 
 enum Looked {
-    Object(ObjectFile),
+    Object(Box<ObjectFile>),
     Foreign(LeftOut),
     Damaged(LeftOut),
 }
@@ -139,7 +147,7 @@ fn look(path: &Path, root: &Path) -> Result<Looked, Error> {
         Ok(Ok(object)) if object.class == uids::MEDIA_STORAGE_DIRECTORY_STORAGE => {
             Ok(Looked::Foreign(left(LeftOutReason::OtherObject(kind(&object.class)))))
         }
-        Ok(Ok(object)) => Ok(Looked::Object(object)),
+        Ok(Ok(object)) => Ok(Looked::Object(Box::new(object))),
         Ok(Err(reason)) => Ok(Looked::Damaged(left(reason))),
         Err(OpenError::Io(source)) => Err(Error::Read { path: path.to_owned(), source }),
         Err(OpenError::NotDicom(reason)) => {

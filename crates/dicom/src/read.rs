@@ -345,15 +345,39 @@ fn left_out(folder: &Folder, series: &Series) -> Vec<LeftOut> {
     left
 }
 
+/// Most slices that are named in one warning.
+const MOST_NAMED: usize = 5;
+
+/// What is said where slices have different rescales. Some scanners give each its own; a few that
+/// differ from all others may be a fault and are named.
+fn different_rescales(source: &[SourceSlice]) -> Option<String> {
+    let mut groups: Vec<(Rescale, Vec<&str>)> = Vec::new();
+    for SourceSlice { slice, .. } in source {
+        match groups.iter_mut().find(|(rescale, _)| *rescale == slice.rescale) {
+            Some((_, files)) => files.push(&slice.file),
+            None => groups.push((slice.rescale, vec![&slice.file])),
+        }
+    }
+    groups.sort_by_key(|(_, files)| std::cmp::Reverse(files.len()));
+    let told = "the rescale differs from slice to slice; it was applied per slice";
+    let line = |of: &Rescale| format!("{} x value + {}", of.slope, of.intercept);
+    match groups.as_slice() {
+        [] | [_] => None,
+        [(usual, _), (odd, files)] if files.len() <= MOST_NAMED => {
+            let (files, odd, usual) = (files.join(", "), line(odd), line(usual));
+            Some(format!("{told}: {files} has HU = {odd}, all others {usual}"))
+        }
+        _ => Some(told.into()),
+    }
+}
+
 /// Adds the warnings that need the whole series.
 fn warn(info: &mut ReadInfo, source: &[SourceSlice]) {
     info.warnings.extend(distinct(source.iter().flat_map(|s| s.slice.warnings.iter().cloned())));
     let mut warn = |code, text: String| info.warnings.push(Warning::new(code, text));
-    let mut rescales: Vec<Rescale> = source.iter().map(|s| s.slice.rescale).collect();
-    rescales.dedup();
-    if rescales.len() > 1 {
-        let text = "the rescale differs from slice to slice; it was applied per slice";
-        warn("rescale-per-slice", text.into());
+    let rescales: Vec<Rescale> = source.iter().map(|s| s.slice.rescale).collect();
+    if let Some(text) = different_rescales(source) {
+        warn("rescale-per-slice", text);
     }
     if rescales.iter().any(|r| r.slope.fract() != 0.0 || r.intercept.fract() != 0.0) {
         let text = "the rescale is not whole-numbered; HU were rounded to integers";

@@ -187,8 +187,14 @@ fn pixel_format(
     let bits_stored = r.u16(tags::BITS_STORED, "Bits Stored")?;
     let high_bit = r.u16(tags::HIGH_BIT, "High Bit")?;
     let representation = r.u16(tags::PIXEL_REPRESENTATION, "Pixel Representation")?;
-    let sound = matches!(bits_allocated, 8 | 16)
-        && (1..=bits_allocated).contains(&bits_stored)
+    if !matches!(bits_allocated, 8 | 16) {
+        let what = format!(
+            "the values have {bits_allocated} bits (Bits Allocated); those of a CT have 8 or 16 and no others are \
+             read: export the series with 16"
+        );
+        return Err(Error::Unsupported { file: r.file.to_owned(), what });
+    }
+    let sound = (1..=bits_allocated).contains(&bits_stored)
         && high_bit == bits_stored - 1
         && representation < 2;
     if !sound {

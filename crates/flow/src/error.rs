@@ -182,8 +182,22 @@ pub enum Error {
         source: supine_warp::Error,
     },
     /// What is carried belongs to another scan.
-    #[error("{path} was drawn in another frame of reference than that of the CT")]
+    #[error(
+        "{path} was drawn in another frame of reference than that of the CT{}",
+        .region.as_ref().map_or(String::new(), |name| format!(" (its region {name:?})"))
+    )]
     OtherFrame {
+        /// The object.
+        path: PathBuf,
+        /// The first region that was, of a structure set.
+        region: Option<String>,
+    },
+    /// What is carried says neither on which scan nor of whom it was made.
+    #[error(
+        "{path}: nothing says that it belongs to this CT: it names no frame of reference, and it or the CT no \
+         patient (Patient ID); export it again with both"
+    )]
+    Unattributed {
         /// The object.
         path: PathBuf,
     },
@@ -381,6 +395,7 @@ impl Error {
             | Self::LabelsObject(_)
             | Self::OtherFrame { .. }
             | Self::OtherPatient { .. }
+            | Self::Unattributed { .. }
             | Self::OtherRegistration { .. }
             | Self::NoSeries
             | Self::NoDisplacement { .. }

@@ -84,6 +84,7 @@ impl Error {
             Self::Carried(_)
             | Self::OtherFrame { .. }
             | Self::OtherPatient { .. }
+            | Self::Unattributed { .. }
             | Self::OtherRegistration { .. } => "carried-object-unusable",
             Self::NoSeries => "no-dicom-series",
             Self::Output { .. } | Self::Report(_) | Self::Record(_) => "output-not-written",
@@ -133,8 +134,9 @@ impl Error {
             Self::Warp(_) => Place::stage("warp"),
             Self::Export(_) => Place::stage("export"),
             Self::Report(_) => Place::stage("report"),
-            Self::OtherFrame { path }
+            Self::OtherFrame { path, .. }
             | Self::OtherPatient { path }
+            | Self::Unattributed { path }
             | Self::OtherRegistration { path, .. }
             | Self::NoDisplacement { path }
             | Self::Unread { path, .. }

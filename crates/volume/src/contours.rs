@@ -9,8 +9,6 @@ use supine_space::{Failure, Grid, Matrix, Point, Vector};
 const SAME_PLANE_MM: f64 = 0.1;
 /// Widest gap between planes that is bridged beside two usual steps, mm.
 const BRIDGED_MM: f64 = 10.0;
-/// Gaps wider than this many usual steps are told.
-const USUAL_STEPS: f64 = 1.5;
 
 /// Contours may lie this far beyond the grid that they belong to, mm: what was drawn on a larger
 /// CT, or beyond the field of the scanner.
@@ -32,8 +30,6 @@ pub struct Filled {
     pub planes: usize,
     /// Contours of fewer than three points, which enclose nothing and were left out.
     pub degenerate: usize,
-    /// Slices in gaps of more than one and a half usual steps, filled from the planes beside them.
-    pub bridged_slices: usize,
     /// Where contours cross or lie upon each other, if any do.
     pub overlap: Option<Overlap>,
 }
@@ -150,27 +146,29 @@ pub fn fill_contours(
     let step = grid.spacing().z;
     let steps: Vec<f64> = planes.windows(2).map(|p| p[1].k - p[0].k).collect();
     let usual = median(&mut steps.clone()).unwrap_or(1.0);
-    let limit = (2.0 * usual).max(BRIDGED_MM / step) + SAME_PLANE_MM / step;
+    let limit = widest_bridged_mm(usual * step) / step;
     if let Some(n) = steps.iter().position(|gap| *gap > limit) {
         let below = planes[n].point(grid);
         let (gap_mm, usual_mm) = (steps[n] * step, usual * step);
         return Err(ContourError::Gap { below, gap_mm, usual_mm });
     }
     let [ni, nj, nk] = grid.size();
-    let slices: Vec<(Vec<bool>, bool)> =
+    let slices: Vec<Vec<bool>> =
         (0..nk).into_par_iter().map(|k| slice(grid, &planes, k, usual)).collect();
-    let mut filled = Filled {
+    let filled = Filled {
         planes: planes.len(),
         degenerate: contours.iter().filter(|c| c.len() < 3).count(),
-        bridged_slices: 0,
         overlap: overlap_of(grid, &planes),
     };
     let mut mask = Vec::with_capacity(ni * nj * nk);
-    for (slice, bridged) in slices {
-        mask.extend(slice);
-        filled.bridged_slices += usize::from(bridged);
-    }
+    mask.extend(slices.into_iter().flatten());
     Ok((Volume::from_parts(grid.clone(), mask), filled))
+}
+
+/// The widest gap between planes that is filled from the planes beside it, mm; `usual_mm` is the
+/// median distance of neighbouring planes.
+pub fn widest_bridged_mm(usual_mm: f64) -> f64 {
+    (2.0 * usual_mm).max(BRIDGED_MM) + SAME_PLANE_MM
 }
 
 /// That contours lie within [`MARGIN_MM`] of a grid: nothing is made for contours that lie nowhere.
@@ -244,8 +242,8 @@ fn planes(grid: &Grid, contours: &[Vec<Point>], rule: Rule) -> Result<Vec<Plane>
     Ok(planes.into_par_iter().map(outlined).collect())
 }
 
-/// One slice, and whether it was bridged over a gap wider than usual.
-fn slice(grid: &Grid, planes: &[Plane], k: usize, usual: f64) -> (Vec<bool>, bool) {
+/// One slice.
+fn slice(grid: &Grid, planes: &[Plane], k: usize, usual: f64) -> Vec<bool> {
     let (place, near) = (k as f64, SAME_PLANE_MM / grid.spacing().z);
     let above = planes.partition_point(|p| p.k < place);
     let below = above.checked_sub(1);
@@ -257,15 +255,13 @@ fn slice(grid: &Grid, planes: &[Plane], k: usize, usual: f64) -> (Vec<bool>, boo
     };
     let [ni, nj, _] = grid.size();
     match (nearest, below, above) {
-        (Some(p), ..) if (p.k - place).abs() <= near => (fill(ni, nj, &p.outlines), false),
+        (Some(p), ..) if (p.k - place).abs() <= near => fill(ni, nj, &p.outlines),
         (_, Some(a), Some(b)) => {
             let share = (place - a.k) / (b.k - a.k);
-            (between(grid, a, b, share), b.k - a.k > USUAL_STEPS * usual)
+            between(grid, a, b, share)
         }
-        (Some(p), ..) if (p.k - place).abs() < 0.5 * usual - near => {
-            (fill(ni, nj, &p.outlines), false)
-        }
-        _ => (vec![false; ni * nj], false),
+        (Some(p), ..) if (p.k - place).abs() < 0.5 * usual - near => fill(ni, nj, &p.outlines),
+        _ => vec![false; ni * nj],
     }
 }
 
@@ -339,7 +335,7 @@ mod tests {
         let (mask, filled) = fill_contours(&g, &contours, Rule::Joined).unwrap();
         assert_eq!([0, 1, 2].map(|k| count(&mask, k)), [0, 100 - 9, 0]);
         assert!(mask.at([3, 3, 1]) && !mask.at([5, 5, 1]) && !mask.at([2, 3, 1]));
-        assert_eq!(filled, Filled { planes: 1, degenerate: 0, bridged_slices: 0, overlap: None });
+        assert_eq!(filled, Filled { planes: 1, degenerate: 0, overlap: None });
     }
 
     #[test]
@@ -383,13 +379,12 @@ mod tests {
         // Planes on every second slice, growing, and the one on slice 4 is missing.
         let contours: Vec<_> =
             [0.0, 2.0, 6.0, 8.0].into_iter().map(|k| square(&g, k, 10.5 - k, 18.5 + k)).collect();
-        let (mask, filled) = fill_contours(&g, &contours, Rule::Joined).unwrap();
+        let (mask, _) = fill_contours(&g, &contours, Rule::Joined).unwrap();
         for k in 0..9 {
             let side = 8 + 2 * k;
             let off = count(&mask, k).abs_diff(side * side);
             assert!(off <= 2 * side, "slice {k}: {} voxels, {}", count(&mask, k), side * side);
         }
-        assert_eq!(filled.bridged_slices, 3);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Volume and centroid of a solid that is drawn as contours.
 
-use crate::contours::{ContourError, Overlap, fill_contours};
+use crate::contours::{ContourError, Overlap, fill_contours, widest_bridged_mm};
 use crate::{Outlines, Rule, median};
 use std::cmp::Ordering;
 use supine_space::{Grid, Matrix, Point, Vector};
@@ -11,6 +11,9 @@ const PIXELS: f64 = 256.0;
 const MAX_PLANES: f64 = 512.0;
 /// Contours nearer than this lie in one plane, mm.
 const SAME_PLANE_MM: f64 = 0.1;
+
+/// Gaps wider than this many usual steps are told.
+const USUAL_STEPS: f64 = 1.5;
 
 /// A corner is a stray that lies this many times as far from the middle of its contour as half of
 /// the corners do, ...
@@ -25,10 +28,6 @@ pub struct Enclosed {
     pub centroid: Point,
     /// Volume, mm³.
     pub volume_mm3: f64,
-    /// Planes that the contours leave out, filled from those beside them.
-    pub bridged_planes: usize,
-    /// Usual distance of their planes, mm.
-    pub step_mm: f64,
 }
 
 impl Enclosed {
@@ -49,7 +48,7 @@ impl Enclosed {
 /// missing.
 pub fn enclosed(contours: &[Vec<Point>], rule: Rule) -> Result<Enclosed, ContourError> {
     let grid = grid_of(contours)?;
-    let (mask, filled) = fill_contours(&grid, contours, rule)?;
+    let (mask, _) = fill_contours(&grid, contours, rule)?;
     let (mut voxels, mut sum) = (0usize, [0.0; 3]);
     for n in (0..grid.len()).filter(|&n| mask.data()[n]) {
         voxels += 1;
@@ -59,8 +58,44 @@ pub fn enclosed(contours: &[Vec<Point>], rule: Rule) -> Result<Enclosed, Contour
         return Err(ContourError::Empty);
     }
     let centroid = grid.patient_from_index(sum.map(|s| s / voxels as f64));
-    let (volume_mm3, step_mm) = (voxels as f64 * grid.voxel_volume(), grid.spacing()[2]);
-    Ok(Enclosed { centroid, volume_mm3, bridged_planes: filled.bridged_slices, step_mm })
+    Ok(Enclosed { centroid, volume_mm3: voxels as f64 * grid.voxel_volume() })
+}
+
+/// Planes between others in which a structure is not drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Undrawn {
+    /// How many planes are missing.
+    pub planes: usize,
+    /// A corner of the plane below the first gap, LPS, mm.
+    pub below: [f64; 3],
+    /// Widest distance of neighbouring planes, mm.
+    pub widest_mm: f64,
+    /// Usual distance of neighbouring planes: the median, mm.
+    pub usual_mm: f64,
+}
+
+impl Undrawn {
+    /// Whether each gap is filled from the planes beside it ([`fill_contours`]).
+    pub fn is_bridged(&self) -> bool {
+        self.widest_mm <= widest_bridged_mm(self.usual_mm)
+    }
+}
+
+/// The planes that parallel closed contours leave out, if they leave out any; LPS, mm.
+pub fn undrawn(contours: &[Vec<Point>]) -> Option<Undrawn> {
+    let normal = axes(normal_of(contours)?).column(2).into_owned();
+    let level = |corner: &Point| normal.dot(&corner.coords);
+    let mut planes: Vec<&Point> = closed(contours).map(|contour| &contour[0]).collect();
+    planes.sort_by(|a, b| level(a).total_cmp(&level(b)));
+    let step = |pair: &[&Point]| level(pair[1]) - level(pair[0]);
+    planes.dedup_by(|b, a| level(b) - level(a) <= SAME_PLANE_MM);
+    let usual_mm = median(&mut planes.windows(2).map(step).collect::<Vec<_>>())?;
+    let wide = |pair: &&[&Point]| step(pair) > USUAL_STEPS * usual_mm;
+    let below = planes.windows(2).find(wide)?[0].coords.into();
+    let gaps: Vec<f64> = planes.windows(2).filter(wide).map(step).collect();
+    let missing = |gap: &f64| ((gap / usual_mm).round() - 1.0).max(1.0) as usize;
+    let widest_mm = gaps.iter().copied().fold(0.0, f64::max);
+    Some(Undrawn { planes: gaps.iter().map(missing).sum(), below, widest_mm, usual_mm })
 }
 
 /// Where closed contours of one plane cross or lie upon each other, if any do; LPS, mm.
@@ -216,10 +251,12 @@ mod tests {
         let line = vec![CENTRE; 5];
         assert_eq!(enclosed(&[line], Rule::Joined), Err(ContourError::Empty));
         let mut two = sphere(40.0, 3.0, Matrix::identity());
-        assert_eq!(enclosed(&two, Rule::Joined).unwrap().bridged_planes, 0);
+        assert_eq!(undrawn(&two), None);
         two.drain(10..12);
-        let found = enclosed(&two, Rule::Joined).unwrap();
-        assert!(found.bridged_planes == 2 && (found.step_mm - 3.0).abs() < 1e-9, "{found:?}");
+        assert!(enclosed(&two, Rule::Joined).is_ok());
+        let gap = undrawn(&two).unwrap();
+        assert!(gap.planes == 2 && (gap.usual_mm - 3.0).abs() < 1e-9, "{gap:?}");
+        assert!((gap.widest_mm - 9.0).abs() < 1e-9 && gap.is_bridged(), "{gap:?}");
         let mut gap = sphere(40.0, 3.0, Matrix::identity());
         gap.drain(10..16);
         assert!(matches!(enclosed(&gap, Rule::Joined), Err(ContourError::Gap { .. })));

@@ -23,9 +23,11 @@ mod volume;
 pub mod label;
 
 pub use components::{Components, Parts, Run, components};
-pub use contours::{Beyond, ContourError, Filled, MARGIN_MM, Overlap, fill_contours, held_by};
+pub use contours::{
+    Beyond, ContourError, Filled, MARGIN_MM, Overlap, fill_contours, held_by, widest_bridged_mm,
+};
 pub use distance::distance_mm;
-pub use enclosed::{Enclosed, Stray, enclosed, overlap, stray};
+pub use enclosed::{Enclosed, Stray, Undrawn, enclosed, overlap, stray, undrawn};
 pub use field::Field;
 pub use isosurface::{Layers, isosurface};
 pub use outlines::{Outlines, Rule};

@@ -8,13 +8,11 @@ use crate::{Carried, Error, Params, carry_surface, slices};
 use rayon::prelude::*;
 use supine_mesh::{Deformation, TriSurface};
 use supine_space::{Grid, Point, Progress};
-use supine_volume::{ContourError, Layers, Outlines, Rule, held_by, isosurface};
+use supine_volume::{ContourError, Layers, Outlines, Rule, held_by, isosurface, widest_bridged_mm};
 
 /// Contours of one plane, and a contour and its plane, may lie this far apart, mm: as in
 /// [`supine_volume::fill_contours`].
 const SAME_PLANE_MM: f64 = 0.1;
-/// Widest gap between planes that is bridged beside two usual steps, mm.
-const BRIDGED_MM: f64 = 10.0;
 /// The surface is sampled at steps of a pixel of the CT within a plane, but of this at most, mm.
 const STEP_MM: f64 = 1.0;
 /// Steps on the thickness of what is thin, and the shortest step, mm.
@@ -126,7 +124,7 @@ fn solid(planes: &[Plane], grid: &Grid) -> Result<TriSurface, Error> {
     let mut steps: Vec<f64> = planes.windows(2).map(|p| p[1].level - p[0].level).collect();
     steps.sort_by(f64::total_cmp);
     let usual = steps.get(steps.len() / 2).copied().unwrap_or(spacing.z);
-    let widest = (2.0 * usual).max(BRIDGED_MM) + SAME_PLANE_MM;
+    let widest = widest_bridged_mm(usual);
     let step = spacing.x.min(spacing.y).min(STEP_MM).min(thickness(planes) / STEPS_ACROSS);
     let step = step.max(FINEST_MM);
     let (mut points, mut triangles) = (Vec::new(), Vec::new());

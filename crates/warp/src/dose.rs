@@ -2,7 +2,7 @@
 
 use crate::air::{continued, is_tissue};
 use crate::{Origin, Origins, origins::there};
-use supine_space::{Point, Progress, Stopped};
+use supine_space::{Grid, Point, Progress, Stopped};
 use supine_volume::{Ct, Volume, sample_trilinear_at};
 
 /// A dose before and after deformation, Gy.
@@ -15,6 +15,21 @@ pub struct CarriedDose {
     /// skin, as far as the origins have a layer there, it goes on from the tissue, so that who
     /// interpolates it has the dose of tissue up to the skin.
     pub carried: Volume<f32>,
+    /// Where the grid of the dose is too small for the movement; only where it was carried on its
+    /// own grid.
+    pub beyond: BeyondGrid,
+}
+
+/// What is lost because the tissue crosses the edge of the grid of a dose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BeyondGrid {
+    /// Volume within the grid of tissue that lay outside it, for which no dose was given, mL. Not
+    /// counted where the dose at the edge is next to none.
+    pub entered_ml: f64,
+    /// Largest dose at the edge beside that, Gy.
+    pub edge_gy: f64,
+    /// Largest dose of tissue that left the grid, Gy; 0 when none did.
+    pub left_gy: f64,
 }
 
 /// A dose after deformation, on the grid of `origins`.
@@ -54,7 +69,44 @@ pub fn carry_dose(
             }
         }
     })?;
-    Ok(CarriedDose { planned, carried })
+    let beyond = if same { beyond(&planned, origins) } else { BeyondGrid::default() };
+    Ok(CarriedDose { planned, carried, beyond })
+}
+
+/// A dose below this share of the largest one is next to none: planning systems cut their grids
+/// where it is.
+const NEXT_TO_NONE: f32 = 0.01;
+
+/// What of a dose on the grid of `origins` crosses its edge.
+fn beyond(dose: &Volume<f32>, origins: &Origins) -> BeyondGrid {
+    let grid = dose.grid();
+    let least = NEXT_TO_NONE * dose.data().iter().copied().fold(0.0, f32::max);
+    let mut found = BeyondGrid::default();
+    for voxel in (0..grid.len()).map(|n| grid.voxel(n)) {
+        let Origin::Tissue(to) = origins.at(voxel) else { continue };
+        let source = there(grid.centre(voxel), to);
+        let (gy, outside) = (sample_trilinear_at(dose, &source), grid.voxel_at(&source).is_none());
+        if gy <= least {
+            continue;
+        }
+        if outside {
+            found.entered_ml += grid.voxel_volume() / 1000.0;
+            found.edge_gy = found.edge_gy.max(gy.into());
+        } else if moves_out(grid, voxel, &source) {
+            found.left_gy = found.left_gy.max(gy.into());
+        }
+    }
+    found
+}
+
+/// Whether a voxel lies at the edge of a grid, and its tissue comes from further within by half a
+/// voxel or more: as much of what was here has left the grid.
+fn moves_out(grid: &Grid, voxel: [usize; 3], source: &Point) -> bool {
+    let (index, size) = (grid.index_from_patient(source), grid.size());
+    (0..3).any(|a| {
+        let outwards = voxel[a] as f64 - index[a];
+        (voxel[a] == 0 && outwards <= -0.5) || (voxel[a] + 1 == size[a] && outwards >= 0.5)
+    })
 }
 
 /// Density of tissue of a CT number, g/mL: 1 + HU / 1000, 0 below -1000 HU.
@@ -72,6 +124,9 @@ pub fn density(hu: f32) -> f64 {
 pub struct DoseTotals {
     /// Σ dose x volume of a voxel, Gy mL.
     pub volume_gy_ml: [f64; 2],
+    /// The same after deformation over all that is written, Gy mL: with the dose that goes on from
+    /// the tissue into the air beside it.
+    pub written_gy_ml: f64,
     /// Σ dose x density x volume of a voxel, Gy g = mJ: the energy imparted.
     pub energy_mj: Option<[f64; 2]>,
     /// Mass of what the grid holds of the CT, g.
@@ -92,14 +147,16 @@ pub fn dose_totals(
         Origin::BesideVacated(_) => Some(0.0),
         _ => None,
     };
-    let counted = |voxel| outside(voxel).unwrap_or_else(|| after.at(voxel));
-    let after = &Volume::par_from_fn(after.grid().clone(), counted);
-    let volume = [before, after].map(|dose| {
+    let integral = |dose: &Volume<f32>| {
         let sum: f64 = dose.data().iter().map(|&d| f64::from(d)).sum();
         sum * dose.grid().voxel_volume() / 1000.0
-    });
+    };
+    let written_gy_ml = integral(after);
+    let counted = |voxel| outside(voxel).unwrap_or_else(|| after.at(voxel));
+    let after = &Volume::par_from_fn(after.grid().clone(), counted);
+    let volume_gy_ml = [before, after].map(integral);
     let Some(ct) = ct else {
-        return DoseTotals { volume_gy_ml: volume, energy_mj: None, mass_g: None };
+        return DoseTotals { volume_gy_ml, written_gy_ml, energy_mj: None, mass_g: None };
     };
     let at =
         |p: Point| ct.grid().voxel_at(&p).map_or(0.0, |_| density(sample_trilinear_at(ct, &p)));
@@ -114,7 +171,8 @@ pub fn dose_totals(
     };
     let sums = [weighed(before, rest), weighed(after, deformed)];
     DoseTotals {
-        volume_gy_ml: volume,
+        volume_gy_ml,
+        written_gy_ml,
         energy_mj: Some(sums.map(|s| s.0)),
         mass_g: Some(sums.map(|s| s.1)),
     }

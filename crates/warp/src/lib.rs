@@ -65,7 +65,7 @@ pub use beyond::beyond_field_mm3;
 pub use consistency::{consistency, interpolation_error};
 pub use contours::carry_contours;
 pub use dense::{Dense, DenseFate, keep_dense};
-pub use dose::{CarriedDose, DoseTotals, carry_dose, density, dose_totals};
+pub use dose::{BeyondGrid, CarriedDose, DoseTotals, carry_dose, density, dose_totals};
 pub use dose_volume::DoseVolume;
 pub use error::Error;
 pub use fade::{Faded, Fading, fade};

@@ -267,5 +267,10 @@ fn what_cannot_be_carried_is_refused() {
     let said = supine(&[&"carry", &run.join("mesh/rest.vtu"), &contours, &"--out", &out]);
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains("displacement"), "{}", said.stderr);
+    let points = folder.path().join("p.csv");
+    std::fs::write(&points, "name,x,y,z\nmarker 3,1e30,0,0\n").expect("it is written");
+    let said = supine(&[&"carry", run, &points, &"--out", &out]);
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("marker 3") && said.stderr.contains("1e30"), "{}", said.stderr);
     assert!(!out.exists());
 }

@@ -126,9 +126,28 @@ fn an_object_of_another_patient_is_refused_and_one_without_a_frame_is_told() {
     let said = carried("other.dcm", &|bytes| bytes[patient + 14] = b'2');
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains("of another patient than the CT"), "{}", said.stderr);
-    let length = usize::from(dose[frame + 6]);
-    let said = carried("no-frame.dcm", &|bytes| bytes[frame + 8..frame + 8 + length].fill(0));
+    let no_value = |bytes: &mut [u8], element: usize, filler: u8| {
+        let length = usize::from(bytes[element + 6]);
+        bytes[element + 8..element + 8 + length].fill(filler);
+    };
+    let said = carried("no-frame.dcm", &|bytes| no_value(bytes, frame, 0));
     assert!(said.stderr.contains("names no frame of reference"), "{}", said.stderr);
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
+    // With neither, it may be of anyone.
+    let said = carried("nobody.dcm", &|bytes| {
+        no_value(bytes, frame, 0);
+        no_value(bytes, patient, b' ');
+    });
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("nothing says that it belongs to this CT"), "{}", said.stderr);
+    // The number of one patient under the name of another.
+    let name = at(b"\x10\0\x10\0PN");
+    let said = carried("other-name.dcm", &|bytes| bytes[name + 8] = b'Q');
+    assert!(
+        said.stderr.contains("bears the Patient ID of the CT and another name"),
+        "{}",
+        said.stderr
+    );
 }
 
 #[test]

@@ -18,7 +18,8 @@ use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
 use supine_space::{Grid, Point, Vector, Warning};
 use supine_volume::{
-    Enclosed, Filled, Overlap, Rule, Stray, Volume, enclosed, fill_contours, overlap, stray,
+    ContourError, Enclosed, Filled, Overlap, Rule, Stray, Volume, enclosed, fill_contours, overlap,
+    stray, undrawn,
 };
 
 /// What is drawn without an inside (Contour Geometric Type, PS3.3 C.8.8.6.3).
@@ -85,14 +86,14 @@ impl Roi {
     }
 
     /// What a user must know of how it is drawn: contours of one plane that cross or lie upon each
-    /// other, corners that stray.
+    /// other, corners that stray, planes that are left out.
     pub fn oddly_drawn(&self) -> Vec<Warning> {
         oddly_drawn(&self.name, &self.contours, self.rule)
     }
 }
 
 /// What a user must know of how a region is drawn: contours of one plane that cross or lie upon
-/// each other, corners that stray.
+/// each other, corners that stray, planes that are left out.
 pub fn oddly_drawn(name: &str, contours: &[Vec<Point>], rule: Rule) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if let Some(Overlap { planes, at }) = overlap(contours, rule) {
@@ -115,6 +116,20 @@ pub fn oddly_drawn(name: &str, contours: &[Vec<Point>], rule: Rule) -> Vec<Warni
             place(from)
         );
         warnings.push(Warning::new("contour-strays", "the region ").name(name).text(text));
+    }
+    if let Some(gap) = undrawn(contours) {
+        let made = match gap.is_bridged() {
+            true => "filled from the planes beside them",
+            false => "too far apart to be filled from the planes beside them",
+        };
+        let text = format!(
+            " is not drawn in {} plane(s) between others (up to {:.1} mm apart, elsewhere {:.1} mm), the              first above {}, which are {made}: is a contour missing?",
+            gap.planes,
+            gap.widest_mm,
+            gap.usual_mm,
+            place(gap.below)
+        );
+        warnings.push(Warning::new("contours-gap", "the region ").name(name).text(text));
     }
     warnings
 }
@@ -153,8 +168,27 @@ impl Structures {
         enclosed(&roi.contours, roi.rule).map_err(|source| self.contours_of(roi, source))
     }
 
-    fn contours_of(&self, roi: &Roi, source: supine_volume::ContourError) -> Error {
-        Error::Contours { file: self.file.clone(), name: roi.name.clone(), source }
+    /// That a region has a closed contour.
+    ///
+    /// # Errors
+    /// When none has; the first one is named with what it holds instead.
+    pub fn refuse_open(&self) -> Result<(), Error> {
+        let is_closed = |roi: &Roi| roi.contours.iter().any(|contour| contour.len() >= 3);
+        let first = self.rois.iter().find(|roi| !roi.lines.is_empty()).or(self.rois.first());
+        match first {
+            Some(roi) if !self.rois.iter().any(is_closed) => {
+                Err(self.contours_of(roi, ContourError::Empty))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn contours_of(&self, roi: &Roi, source: ContourError) -> Error {
+        let (file, name, lines) = (self.file.clone(), roi.name.clone(), roi.lines.len());
+        match source {
+            ContourError::Empty if lines > 0 => Error::OpenContours { file, name, lines },
+            source => Error::Contours { file, name, source },
+        }
     }
 
     /// The voxels whose centres lie within a region, and what a user must know before trusting
@@ -194,14 +228,6 @@ fn warnings_of(roi: &Roi, filled: &Filled) -> Vec<Warning> {
             " enclose nothing (points, open lines, or fewer than three corners) and were left out",
         ));
     }
-    if filled.bridged_slices > 0 {
-        warnings
-            .push(Warning::new("contours-interpolated", "the region ").name(name).text(format!(
-            " has no contour on {} slice(s) between others: its shape there was interpolated from \
-             its neighbours",
-            filled.bridged_slices
-        )));
-    }
     warnings
 }
 
@@ -216,6 +242,7 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         return object.unsupported(format!("not a structure set: {}", crate::folder::kind(&class)));
     }
     let sets = object.set.text(tags::SPECIFIC_CHARACTER_SET);
+    let only_frame = only_frame(&object.set);
     let mut rois: Vec<Roi> = Vec::new();
     for item in object.set.items(tags::STRUCTURE_SET_ROI_SEQUENCE) {
         let Some(number) = parse_is(&item.text(tags::ROI_NUMBER)) else {
@@ -224,12 +251,13 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         if rois.iter().any(|r| r.number == number) {
             return object.fail("ROI Number", format!("{number} is there twice"));
         }
+        let frame = item.text(tags::REFERENCED_FRAME_OF_REFERENCE_UID);
         rois.push(Roi {
             number,
             name: readable_in(&sets, item, tags::ROI_NAME),
             interpreted_type: String::new(),
             colour: None,
-            frame_of_reference: item.text(tags::REFERENCED_FRAME_OF_REFERENCE_UID),
+            frame_of_reference: if frame.is_empty() { only_frame.clone() } else { frame },
             contours: Vec::new(),
             rule: Rule::default(),
             lines: Vec::new(),
@@ -267,6 +295,18 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
     }
     object.set.remove(tags::ROI_CONTOUR_SEQUENCE);
     Ok(Structures { file: object.file, rois, header: object.set })
+}
+
+/// The frame of reference that a structure set names as a whole (Referenced Frame of Reference
+/// Sequence), if that is one: then its regions were drawn there, where they do not say so
+/// themselves. Else empty.
+fn only_frame(set: &DataSet) -> String {
+    let frames = set.items(tags::REFERENCED_FRAME_OF_REFERENCE_SEQUENCE);
+    let mut all: Vec<String> =
+        frames.iter().map(|item| item.text(tags::FRAME_OF_REFERENCE_UID)).collect();
+    all.sort();
+    all.dedup();
+    all.pop().filter(|_| all.is_empty()).unwrap_or_default()
 }
 
 /// The region that an item belongs to.

@@ -40,7 +40,8 @@ fn names_types_and_colours_are_read() {
 fn contours_give_back_the_voxels_they_were_drawn_round() {
     let s = structures();
     let (body, warnings) = mask(&s, "Outline");
-    assert!(warnings.len() == 1 && warnings[0].to_string().contains("1 slice(s)"), "{warnings:?}");
+    let gap = warnings.iter().map(|w| (w.code(), w.to_string().contains("in 1 plane(s)")));
+    assert_eq!(gap.collect::<Vec<_>>(), [("contours-gap", true)]);
     let (wall, _) = mask(&s, "CHESTWALL");
     for n in 0..grid().len() {
         let [i, j, k] = grid().voxel(n);
@@ -64,9 +65,11 @@ fn an_inner_contour_is_a_hole() {
 #[test]
 fn regions_that_cannot_be_filled_say_why() {
     let s = structures();
-    for name in ["Empty", "Isocentre"] {
+    for (name, part) in
+        [("Empty", "no contour"), ("Isocentre", "1 point(s) and open line(s) alone")]
+    {
         let text = message(&s, name, FRAME);
-        assert!(text.contains(name) && text.contains("no contour"), "{text}");
+        assert!(text.contains(name) && text.contains(part), "{text}");
     }
     let text = message(&s, "Outline", Some("2.25.8"));
     assert!(text.contains("Frame of Reference"), "{text}");
@@ -74,10 +77,59 @@ fn regions_that_cannot_be_filled_say_why() {
     assert!(warnings.last().unwrap().to_string().contains("frame of reference"), "{warnings:?}");
 }
 
-/// A structure set whose first region has these contours: what they are, corners, offset.
-fn drawn(contours: &[(&str, String, &str)]) -> Result<Structures, supine_dicom::Error> {
+/// A structure set that was changed.
+fn changed(
+    change: impl FnOnce(&mut DefaultDicomObject),
+) -> Result<Structures, supine_dicom::Error> {
     let dir = TempDir::new().unwrap();
     let mut object: DefaultDicomObject = open_file(data("pydicom_rtstruct.dcm")).unwrap();
+    change(&mut object);
+    let path = dir.path().join("rs.dcm");
+    object.write_to_file(&path).unwrap();
+    read_structures(&path)
+}
+
+#[test]
+fn a_region_without_a_frame_was_drawn_in_the_only_one_that_its_set_names() {
+    let frames = |named: &[&str]| {
+        let named: Vec<InMemDicomObject> = named
+            .iter()
+            .map(|uid| {
+                let mut item = InMemDicomObject::new_empty();
+                item.put_str(tags::FRAME_OF_REFERENCE_UID, VR::UI, *uid);
+                item
+            })
+            .collect();
+        let mut roi = InMemDicomObject::new_empty();
+        roi.put_str(tags::ROI_NUMBER, VR::IS, "1");
+        roi.put_str(tags::ROI_NAME, VR::LO, "Outline");
+        roi.put_str(tags::REFERENCED_FRAME_OF_REFERENCE_UID, VR::UI, "");
+        let s = changed(|object| {
+            for (tag, items) in [
+                (tags::REFERENCED_FRAME_OF_REFERENCE_SEQUENCE, named),
+                (tags::STRUCTURE_SET_ROI_SEQUENCE, vec![roi]),
+            ] {
+                object.put(DataElement::new(tag, VR::SQ, DataSetSequence::from(items)));
+            }
+        });
+        s.unwrap().rois()[0].frame_of_reference.clone()
+    };
+    assert_eq!(frames(&["2.25.8"]), "2.25.8");
+    assert_eq!(frames(&["2.25.8", "2.25.8"]), "2.25.8");
+    assert_eq!(frames(&["2.25.8", "2.25.9"]), "");
+    assert_eq!(frames(&[]), "");
+}
+
+#[test]
+fn a_set_of_open_lines_alone_is_refused_by_what_it_holds() {
+    let open = drawn(&[("OPEN_PLANAR", square(1, 4.0), ""), ("OPEN_PLANAR", square(2, 4.0), "")]);
+    let text = open.unwrap().refuse_open().unwrap_err().to_string();
+    assert!(text.contains("\"Outline\" is drawn as 2 point(s)"), "{text}");
+    assert!(structures().refuse_open().is_ok());
+}
+
+/// A structure set whose first region has these contours: what they are, corners, offset.
+fn drawn(contours: &[(&str, String, &str)]) -> Result<Structures, supine_dicom::Error> {
     let contours = contours.iter().map(|(kind, corners, offset)| {
         let mut contour = InMemDicomObject::new_empty();
         contour.put_str(tags::CONTOUR_GEOMETRIC_TYPE, VR::CS, *kind);
@@ -92,10 +144,9 @@ fn drawn(contours: &[(&str, String, &str)]) -> Result<Structures, supine_dicom::
     drawn.put_str(tags::REFERENCED_ROI_NUMBER, VR::IS, "1");
     drawn.put(DataElement::new(tags::CONTOUR_SEQUENCE, VR::SQ, contours));
     let items = DataSetSequence::from(vec![drawn]);
-    object.put(DataElement::new(tags::ROI_CONTOUR_SEQUENCE, VR::SQ, items));
-    let path = dir.path().join("rs.dcm");
-    object.write_to_file(&path).unwrap();
-    read_structures(&path)
+    changed(|object| {
+        object.put(DataElement::new(tags::ROI_CONTOUR_SEQUENCE, VR::SQ, items));
+    })
 }
 
 /// The message of the error that a structure set with this contour gives.

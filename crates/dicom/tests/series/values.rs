@@ -107,6 +107,17 @@ fn rescale_is_applied_per_slice() {
 }
 
 #[test]
+fn one_slice_with_another_rescale_is_named() {
+    let (.., warnings) = both(|n, slice, _| {
+        if n == 3 {
+            put(slice, tags::RESCALE_INTERCEPT, VR::DS, "-1000");
+        }
+    });
+    let told = warnings.iter().find(|w| w.code() == "rescale-per-slice").unwrap().to_string();
+    assert!(told.contains("3.dcm has HU = 1 x value + -1000"), "{told}");
+}
+
+#[test]
 fn halves_are_rounded_to_even() {
     let (_, ct, warnings) = both(|_, slice, mut samples| {
         samples[..4].copy_from_slice(&[1, 3, 5, 2001]);
@@ -166,7 +177,7 @@ fn unusable_values_are_refused_by_attribute() {
         (|s| put(s, tags::IMAGE_TYPE, VR::CS, "DERIVED\\PRIMARY\\AXIAL\\IODINE"), "material map"),
         (|s| put(s, tags::RESCALE_TYPE, VR::LO, "MGML"), "Rescale Type is \"MGML\""),
         (|s| put(s, tags::PHOTOMETRIC_INTERPRETATION, VR::CS, "MONOCHROME1"), "MONOCHROME1"),
-        (|s| put(s, tags::BITS_ALLOCATED, VR::US, 12u16), "Bits Allocated 12"),
+        (|s| put(s, tags::BITS_ALLOCATED, VR::US, 12u16), "12 bits (Bits Allocated)"),
         (|s| put(s, tags::HIGH_BIT, VR::US, 15u16), "High Bit 15"),
         (|s| put(s, tags::ROWS, VR::US, 0u16), "Rows x Columns is 0 x 256"),
         (|s| put(s, tags::COLUMNS, VR::US, 65535u16), "65535"),

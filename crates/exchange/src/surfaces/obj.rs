@@ -12,7 +12,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     let mut normals = Normals::default();
     let mut lines = text.lines().enumerate();
     while let Some((at, first)) = lines.next() {
-        let line = joined(first, lines.by_ref().map(|(_, line)| line));
+        let line = joined(at + 1, first, lines.by_ref().map(|(_, line)| line))?;
         let mut words = line.split_ascii_whitespace();
         let kind = words.next();
         let mut next = || coordinate(words.next(), at + 1);
@@ -40,19 +40,30 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     Ok(parts)
 }
 
-/// A line with those that it goes on in.
-fn joined<'a>(first: &'a str, rest: impl Iterator<Item = &'a str>) -> Cow<'a, str> {
+/// A line with those that it goes on in; `number` is its own.
+///
+/// # Errors
+/// When no blank stands at the break: whether it parts two numbers or lies within one, nothing says.
+fn joined<'a>(
+    number: usize,
+    first: &'a str,
+    rest: impl Iterator<Item = &'a str>,
+) -> Result<Cow<'a, str>, Problem> {
     let goes_on = |line: &'a str| line.trim_end().strip_suffix('\\');
-    let Some(begun) = goes_on(first) else { return first.into() };
+    let Some(begun) = goes_on(first) else { return Ok(first.into()) };
     let mut line = String::from(begun);
     for next in rest {
-        line.push(' ');
+        let blank = |c: char| c.is_ascii_whitespace();
+        if !line.is_empty() && !line.ends_with(blank) && next.starts_with(|c| !blank(c)) {
+            let reason = "goes on in the next line without a blank at the break, which may lie within a number";
+            return Err(Problem::Line { line: number as u64, reason: reason.into() });
+        }
         line.push_str(goes_on(next).unwrap_or(next));
         if goes_on(next).is_none() {
             break;
         }
     }
-    line.into()
+    Ok(line.into())
 }
 
 /// Normals as the file lists them, and what the corners of its faces make of them at the vertices.

@@ -117,6 +117,8 @@ fn every_format_gives_the_same_surface_in_lps() {
     let quads = obj::parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
     assert_eq!(quads.triangles, [[0, 1, 2], [0, 2, 3]]);
     let broken = obj::parse(b"v 0 0 0\nv 1 0 \\\n0\nv 1 1 0\nf 1 2 \\\n\\\n3\n").unwrap();
+    let within = obj::parse(b"v 0 0 0\nv 1 0 12\\\n5\n").unwrap_err();
+    assert!(matches!(within, Problem::Line { line: 2, .. }), "{within}");
     assert_eq!((broken.points.len(), broken.triangles), (3, vec![[0, 1, 2]]));
 }
 

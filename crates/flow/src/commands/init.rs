@@ -163,10 +163,11 @@ fn side(
     let request = Request { observer: &gather, ..Request::default() };
     let read = session(&spec)?.get::<Import>(&request)?;
     if let Some(frame) = tumour.frame_of_reference() {
-        crate::shared::of_the_ct(frame, read.source.as_ref())?;
+        gather.warn_all(NodeId::Tumour, crate::shared::of_the_ct(frame, read.source.as_ref())?);
     }
     if let Some(structures) = &given.structures {
-        crate::shared::of_the_patient(structures, read.source.as_ref())?;
+        let doubt = crate::shared::of_the_patient(structures, read.source.as_ref())?;
+        gather.warn_all(NodeId::Tumour, doubt);
     }
     Ok(tumour_place(&read.ct, sphere, given.breast)?.side.or(given.breast))
 }

@@ -68,6 +68,13 @@ impl HeldResult {
     }
 }
 
+/// Whether a folder holds a finished result that names its patient, or has set one aside.
+pub(super) fn names_its_patient(root: &Path) -> bool {
+    let all = [root.into(), root.join(names::PREVIOUS)];
+    let mut summaries = all.iter().filter_map(|folder| summary_of(folder));
+    summaries.any(|summary| summary.pointer("/case/export/anonymise") != Some(&Json::Bool(true)))
+}
+
 /// Where a CT lies: a file of a series stands for its folder.
 fn place(ct: &Path) -> PathBuf {
     let whole = resolve(ct);

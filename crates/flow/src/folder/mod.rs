@@ -178,7 +178,23 @@ impl RunFolder {
 
     /// Keeps the case of a de-identified run, whose summary names no files.
     pub(crate) fn keep_case(&self, case: &serde_json::Value) -> Result<(), Error> {
-        self.keep_beside(names::CASE, &serde_json::to_vec_pretty(case)?)
+        self.keep_beside(names::CASE, &serde_json::to_vec_pretty(case)?)?;
+        if held::names_its_patient(&self.root) { self.move_sent() } else { Ok(()) }
+    }
+
+    /// Moves the lists of objects that were sent from a result with the patient's name out of the
+    /// folder: by their UIDs archives find her.
+    fn move_sent(&self) -> Result<(), Error> {
+        for name in names::SENT {
+            let path = self.root.join(name);
+            let output = |source| Error::Output { path: path.clone(), source };
+            if path.is_file() {
+                let bytes = fs::read(&path).map_err(output)?;
+                self.keep_beside(&name.replace('/', "-"), &bytes)?;
+                fs::remove_file(&path).map_err(output)?;
+            }
+        }
+        Ok(())
     }
 
     /// Keeps what tells who the patient was beside the folder, for its owner alone.

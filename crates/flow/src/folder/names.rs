@@ -26,6 +26,8 @@ pub(super) const BESIDE: &str = "-reidentification";
 pub(super) const SECRET: &str = "anonymise.key";
 /// The case of a de-identified run, whose summary names no files, in that folder.
 pub(super) const CASE: &str = "case.json";
+/// What was sent to archives from the folder and from that of its CT, as it is noted there.
+pub(super) const SENT: [&str; 2] = [".supine-sent", "ct/.supine-sent"];
 /// Where both lay before.
 pub(super) const WITHIN: &str = ".stages";
 

@@ -109,6 +109,24 @@ fn inputs_where_the_run_writes_are_refused() {
     assert!(refuse_overlap(out, "ct", Path::new("/nowhere")).is_ok());
 }
 
+/// By what was sent from the result before, archives find the patient.
+#[test]
+fn what_was_sent_under_her_name_leaves_the_folder_of_a_de_identified_run() {
+    for (anonymise, leaves) in [(false, true), (true, false)] {
+        let dir = tempfile::tempdir().unwrap();
+        let root = dir.path().join("out");
+        let f = folder(&root);
+        let case = json!({ "export": { "anonymise": anonymise } });
+        let summary = json!({ "tool": { "name": "supine" }, "case": case });
+        fs::write(root.join(names::SUMMARY), summary.to_string()).unwrap();
+        fs::write(root.join(".supine-sent"), "PACS\t1.2.3\t5\t2026-01-01\n").unwrap();
+        f.keep_case(&json!({})).unwrap();
+        assert_eq!(root.join(".supine-sent").exists(), !leaves);
+        let kept = dir.path().join("out-reidentification/.supine-sent");
+        assert_eq!(kept.exists(), leaves);
+    }
+}
+
 #[test]
 fn a_folder_in_use_is_refused() {
     let dir = tempfile::tempdir().unwrap();

@@ -33,7 +33,7 @@ pub(crate) struct Carried {
 
 impl Node for Carry {
     const ID: NodeId = NodeId::Carry;
-    const METHOD: u32 = 10;
+    const METHOD: u32 = 11;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;

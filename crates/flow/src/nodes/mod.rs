@@ -42,7 +42,7 @@ pub(crate) use moduli::{ByTissue, Moduli, tissue_map};
 pub(crate) use moved_objects::{Moved, MovedObjects};
 pub(crate) use objects::Objects;
 pub(crate) use pictures::Pictures;
-pub(crate) use points::{Points, not_carried};
+pub(crate) use points::{Points, not_carried, refuse_nowhere};
 pub(crate) use prepare::{Prepare, Prepared};
 pub(crate) use region::{Chosen, Region, beyond_region};
 pub(crate) use registration::Registration;

@@ -9,9 +9,10 @@ use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use supine_exchange::{NamedPoint, read_points, write_points};
+use supine_mesh::TetMesh;
 use supine_report::SphereRecord;
 use supine_report::{CarriedPoint, Movement};
-use supine_space::{Point, Warning};
+use supine_space::{Failure, Point, Warning};
 
 pub(crate) struct Points;
 
@@ -74,6 +75,7 @@ impl Node for Points {
             points.extend(read.map_err(|e| Error::file("carry.points", e))?);
             file.check_unchanged()?;
         }
+        refuse_nowhere(&points, solved.deformation.mesh())?;
         let positions: Vec<Point> = points.iter().map(|p| p.position).collect();
         let params = supine_warp::Params::default();
         let after = supine_warp::carry_points(&solved.deformation, &params, &positions)?;
@@ -112,6 +114,24 @@ fn told(point: &NamedPoint, after: Option<Point>) -> CarriedPoint {
         after_mm: after.unwrap_or(point.position).coords.into(),
         inside: after.is_some(),
     }
+}
+
+/// A point further than this from the modelled tissue is none of the patient, mm.
+const FARTHEST_MM: f64 = 2000.0;
+
+/// Refuses points that lie nowhere near the patient: a coordinate is mistyped.
+pub(crate) fn refuse_nowhere(points: &[NamedPoint], mesh: &TetMesh) -> Result<(), Error> {
+    let Some(first) = mesh.points().first() else { return Ok(()) };
+    // What is no number is no place either.
+    let near = |p: &&NamedPoint| (p.position - first).norm() <= FARTHEST_MM;
+    let Some(far) = points.iter().find(|p| !near(p)) else { return Ok(()) };
+    let [x, y, z] = <[f64; 3]>::from(far.position.coords);
+    let message = format!(
+        "the point {:?} at ({x:?}, {y:?}, {z:?}) mm lies metres away from the patient: a coordinate is mistyped, or the \
+         points belong to another CT",
+        far.name
+    );
+    Err(Error::Refused { kind: Failure::Input, message })
 }
 
 /// A warning that names the points outside the mesh, which stay where they were.

@@ -35,7 +35,7 @@ pub(crate) struct Placed {
 
 impl Node for Tumour {
     const ID: NodeId = NodeId::Tumour;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import,);
@@ -49,7 +49,7 @@ impl Node for Tumour {
 
     fn run(inputs: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Placed, Error> {
         if let Some((file, frame)) = &inputs.drawn {
-            of_the_patient(&file.path, input.source.as_ref())?;
+            work.warn_all(of_the_patient(&file.path, input.source.as_ref())?);
             work.warn_all(of_the_ct(frame, input.source.as_ref())?);
         }
         work.warn_all(inputs.warnings.iter().cloned());

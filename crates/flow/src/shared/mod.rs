@@ -10,6 +10,7 @@ mod mesher;
 mod moduli;
 pub(crate) mod own_model;
 mod own_regions;
+mod patient;
 mod refine;
 mod registration;
 mod scans;
@@ -33,6 +34,7 @@ pub use labels::{
 pub use mesher::{Fill, Filled, Mesher, Solid, mesh_region};
 pub(crate) use moduli::{Map as TissueMap, moduli, shares};
 pub(crate) use own_regions::{OwnRegions, write_own_regions};
+pub(crate) use patient::{compare_patient, names_a_patient, of_the_patient};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
 pub use registration::{RegisteredSeries, write_registration};
@@ -43,7 +45,5 @@ pub use statics::statics;
 pub(crate) use supine_exchange::is_volume_name as is_volume;
 pub use surfaces::{read_surfaces, write_surfaces};
 pub(crate) use texts::{IMAGE_COMMENTS, derivation, series_description};
-pub(crate) use tumour::{
-    PlacedTumour, TumourCache, drawn, of_the_ct, of_the_patient, refuse_patients,
-};
+pub(crate) use tumour::{PlacedTumour, TumourCache, drawn, of_the_ct};
 pub use tumour::{tumour_centre, tumour_regions};

@@ -6,8 +6,8 @@ use crate::nearest::nearest;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use supine_dicom::{Roi, Source, Structures, object_files, read_structures};
-use supine_space::{Progress, Sphere, Warning};
+use supine_dicom::{Roi, Source, Structures, read_structures};
+use supine_space::{Sphere, Warning};
 
 /// Names of regions told in one message.
 const TOLD: usize = 20;
@@ -48,9 +48,9 @@ impl TumourCache {
             None => {
                 let structures = read_structures(&file.path).map_err(Error::TumourFile)?;
                 file.check_unchanged()?;
-                let (found, gap) = drawn(&structures, name)?;
+                let found = drawn(&structures, name)?;
                 let of_it = structures.rois().iter().filter(|roi| roi.name == name);
-                let odd = of_it.flat_map(Roi::oddly_drawn).chain(gap).collect();
+                let odd = of_it.flat_map(Roi::oddly_drawn).collect();
                 known.entry(key).or_insert((found, odd)).clone()
             }
         };
@@ -59,14 +59,11 @@ impl TumourCache {
 }
 
 /// The sphere of the volume of a region about its centroid, and the frame of reference of the
-/// region; a warning where its contours leave out planes.
+/// region.
 ///
 /// # Errors
 /// When no region or several have this name, or its contours enclose no volume.
-pub(crate) fn drawn(
-    structures: &Structures,
-    name: &str,
-) -> Result<(Drawn, Option<Warning>), Error> {
+pub(crate) fn drawn(structures: &Structures, name: &str) -> Result<Drawn, Error> {
     let named: Vec<_> = structures.rois().iter().filter(|roi| roi.name == name).collect();
     let [roi] = named.as_slice() else {
         let names: Vec<&str> = structures.rois().iter().map(|roi| roi.name.as_str()).collect();
@@ -75,15 +72,7 @@ pub(crate) fn drawn(
     let found = structures.enclosed(roi).map_err(Error::TumourFile)?;
     let sphere = Sphere::new(found.centroid, found.radius());
     let sphere = sphere.map_err(|e| Error::TumourName(format!("{name:?}: {e}")))?;
-    let gap = (found.bridged_planes > 0).then(|| {
-        let text = format!(
-            " leaves out {} plane(s) of those {:.1} mm apart in which it is drawn: they were filled from the planes beside them; \
-             is a contour missing?",
-            found.bridged_planes, found.step_mm
-        );
-        Warning::new("contours-gap", "the region ").name(name).text(text)
-    });
-    Ok(((sphere, roi.frame_of_reference.clone()), gap))
+    Ok((sphere, roi.frame_of_reference.clone()))
 }
 
 /// Names of the regions of a structure set that can be the tumour: those with contours whose name
@@ -106,7 +95,7 @@ pub fn tumour_regions(path: &Path) -> Result<Vec<String>, Error> {
 /// When the file is no structure set, has no such region, or the region encloses no volume.
 pub fn tumour_centre(path: &Path, region: &str) -> Result<[f64; 3], Error> {
     let structures = read_structures(path).map_err(Error::TumourFile)?;
-    let ((sphere, _), _) = drawn(&structures, region)?;
+    let (sphere, _) = drawn(&structures, region)?;
     Ok(sphere.centre().coords.into())
 }
 
@@ -123,26 +112,6 @@ fn not_one(name: &str, times: usize, names: &[&str]) -> String {
         listed.push(format!("{} more", names.len() - TOLD));
     }
     format!("no region of the file is called {name:?}{hint} There are {}", listed.join(", "))
-}
-
-/// That an object is of the patient of the CT, where both name one: objects of another patient may
-/// bear the CT's frame of reference after a merge or a copy.
-///
-/// # Errors
-/// [`Error::OtherPatient`], and when the object cannot be read.
-pub(crate) fn of_the_patient(path: &Path, ct: Option<&Source>) -> Result<(), Error> {
-    let own = ct.map(|ct| ct.whose().id).unwrap_or_default();
-    refuse_patients(path, |id| !own.is_empty() && !id.is_empty() && id != own)
-}
-
-/// Refuses an object of a patient whose ID is one of these.
-///
-/// # Errors
-/// As [`of_the_patient`].
-pub(crate) fn refuse_patients(path: &Path, these: impl Fn(&str) -> bool) -> Result<(), Error> {
-    let found = object_files(path, Progress::none()).map_err(Error::Carried)?;
-    let other = found.objects.iter().any(|object| these(&object.owner.patient));
-    if other { Err(Error::OtherPatient { path: path.into() }) } else { Ok(()) }
 }
 
 /// That a region was drawn on this CT, by the frame of reference; a warning where that cannot be

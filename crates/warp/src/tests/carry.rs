@@ -2,8 +2,8 @@
 
 use super::fixture::{lattice, moved, still};
 use crate::{
-    CarriedDose, Fields, Origins, Params, carry_dose, carry_labels, carry_mask, carry_surface,
-    cell_mm, consistency, dose_totals, fields, interpolation_error,
+    BeyondGrid, CarriedDose, Fields, Origins, Params, carry_dose, carry_labels, carry_mask,
+    carry_surface, cell_mm, consistency, dose_totals, fields, interpolation_error,
 };
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Deformation, Order, TetMesh, TriSurface};
@@ -186,7 +186,7 @@ fn a_dose_is_that_of_the_tissue_up_to_the_skin() {
             let p = grid.centre(v);
             if within(p, more) { planned(p) as f32 } else { 0.0 }
         });
-        let CarriedDose { carried, planned: before } =
+        let CarriedDose { carried, planned: before, .. } =
             carry_dose(&dose, Some(&ct), &origins, Progress::none()).unwrap();
         let (mut off, mut all) = (0usize, 0usize);
         for n in 0..60 * 40 * 40 {
@@ -233,12 +233,33 @@ fn a_dose_is_carried_and_its_sums_are_told() {
     let [before, after] = totals.volume_gy_ml;
     assert!((before / (50.0 * 4.0 / 3.0 * std::f64::consts::PI * 4.913) - 1.0).abs() < 0.01);
     assert!((after / before - 0.8).abs() < 0.005, "{totals:?}");
+    let sum: f64 = carried.data().iter().map(|&d| f64::from(d)).sum();
+    assert!((totals.written_gy_ml - sum * grid.voxel_volume() / 1000.0).abs() < 1e-9);
     let energy = totals.energy_mj.unwrap();
     assert!((energy[0] - before).abs() < 1e-6 * before && (energy[1] - after).abs() < 1e-6 * after);
     let lung = ct.map(|_| -700i16);
     let energy = dose_totals([&dose, &carried], &origins, Some(&lung)).energy_mj.unwrap();
     assert!((energy[0] / before - 0.3).abs() < 1e-4, "{energy:?}");
     assert_eq!(dose_totals([&dose, &carried], &origins, None).energy_mj, None);
+}
+
+/// A grid that ends within the tissue: what crosses its edge is told.
+#[test]
+fn a_dose_whose_grid_is_too_small_says_so() {
+    let mesh = block();
+    let u = affine(&mesh, [1.0, 1.0, 1.0], [4.0, 0.0, 0.0]);
+    let beyond = |grid: &Grid, dose: f32| {
+        let dose = Volume::from_fn(grid.clone(), |_| dose);
+        let origins = Origins::new(grid, &u, &params(), 0.0, Progress::none()).unwrap();
+        carry_dose(&dose, None, &origins, Progress::none()).unwrap().beyond
+    };
+    let small = beyond(&grid(1.5, 9.0), 20.0);
+    // The axes are turned by 0.3: 4 mm are 2.5 voxels along one and 0.8 along another, of 13.
+    let entered = f64::from(13 * 13 - (13 - 3) * (13 - 1)) * 13.0 * 1.5f64.powi(3) / 1000.0;
+    assert!((small.entered_ml - entered).abs() < 1e-9, "{small:?}, not {entered}");
+    assert_eq!((small.edge_gy, small.left_gy), (20.0, 20.0));
+    assert_eq!(beyond(&grid(1.5, 45.0), 20.0).entered_ml, 0.0);
+    assert_eq!(beyond(&grid(1.5, 9.0), 0.0), BeyondGrid::default());
 }
 
 /// A ball from a cube whose faces are grids of `n` x `n`.

@@ -90,8 +90,11 @@ pub struct DoseFacts {
     pub out: PathBuf,
     /// Largest dose, Gy.
     pub max_gy: [f64; 2],
-    /// Σ dose x volume, Gy ml.
+    /// Σ dose x volume, Gy ml, without what is written into the air beside the skin.
     pub integral_gy_ml: [f64; 2],
+    /// Σ dose x volume of all that is written, Gy ml: beside the skin the dose goes on from the
+    /// tissue, so that it can be interpolated up to there.
+    pub written_gy_ml: f64,
     /// Σ dose x mass, mJ; none without the CT.
     pub energy_mj: Option<[f64; 2]>,
     /// Mass within the grid of the dose, g; none without the CT.

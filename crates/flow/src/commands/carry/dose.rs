@@ -2,7 +2,7 @@
 
 use super::{CarryDone, DicomDose, DoseFacts, Job};
 use crate::commands::usage;
-use crate::shared::carry::{CarriedDose, carry_with_totals, max_gy, not_anew};
+use crate::shared::carry::{CarriedDose, carry_with_totals, grid_too_small, max_gy, not_anew};
 use crate::{Error, NodeId};
 use supine_exchange::write_scalar;
 use supine_space::Warning;
@@ -25,10 +25,10 @@ impl Job<'_> {
         let (moved, totals) = self.gather.work(NodeId::Carry, |progress| {
             carry_with_totals(given, ct.as_ref().map(|ct| &ct.ct), &self.deformation, progress)
         })?;
+        let notes = std::iter::once(not_anew()).chain(grid_too_small(&moved)).collect();
         let carried = moved.carried;
         self.write(&carried)?;
-        let note = not_anew();
-        let told = self.told_dose([given, &carried].map(max_gy), &totals, vec![note]);
+        let told = self.told_dose([given, &carried].map(max_gy), &totals, notes);
         Ok(CarryDone::Dose(Box::new(told)))
     }
 
@@ -69,6 +69,7 @@ impl Job<'_> {
             out: self.out().into(),
             max_gy,
             integral_gy_ml: totals.volume_gy_ml,
+            written_gy_ml: totals.written_gy_ml,
             energy_mj: totals.energy_mj,
             mass_g: totals.mass_g,
             density: "1 + HU/1000 g/ml, at least 0",

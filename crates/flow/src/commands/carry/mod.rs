@@ -238,6 +238,7 @@ impl<'a> Job<'a> {
 
     fn points(&self) -> Result<CarryDone, Error> {
         let points = read_points(&self.given.what).map_err(Error::product)?;
+        crate::nodes::refuse_nowhere(&points, self.deformation.mesh())?;
         let positions: Vec<_> = points.iter().map(|p| p.position).collect();
         let after = carry_points(&self.deformation, &Params::default(), &positions)?;
         let pairs = || points.iter().zip(&after);

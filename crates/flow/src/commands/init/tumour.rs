@@ -87,7 +87,7 @@ fn region(file: &PathBuf, name: &str) -> Result<Found, Error> {
         return Err(usage(format!("name the tumour's region with --tumour: {}", names.join(", "))));
     }
     // What is odd about its contours, `check` tells of the case that is written.
-    let ((sphere, frame), _) = drawn(&structures, name)?;
+    let (sphere, frame) = drawn(&structures, name)?;
     Ok(Found::Region { name: name.into(), file: file.clone(), sphere, frame })
 }
 

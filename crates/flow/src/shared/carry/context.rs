@@ -5,13 +5,14 @@
 //! an object is compared with and what it may name, the other files move it and write it.
 
 use crate::Error;
-use crate::shared::{CtInput, ExportSource, read_ct, refuse_patients};
+use crate::shared::{CtInput, ExportSource, compare_patient, names_a_patient, read_ct};
 use std::path::{Path, PathBuf};
 use supine_dicom::{
-    Anonymiser, CompanionParams, Deformable, Dose, NOT_USABLE, ObjectReference, ReadParams,
+    Anonymiser, CompanionParams, Deformable, Dose, NOT_USABLE, ObjectReference, ReadParams, Roi,
     Segmentation, Source, Structures, frame_of_reference, read_deformable, read_dose,
     read_segmentation, read_structures,
 };
+use supine_report::PatientIdentity;
 use supine_space::{Grid, Progress, Warning};
 use supine_volume::Ct;
 
@@ -45,10 +46,33 @@ pub(crate) struct CarryContext {
     anonymiser: Option<Anonymiser>,
     /// Frame of reference of the CT before deformation, as far as it is known.
     before: Option<String>,
-    /// Patient ID of the CT before deformation, where that is at hand; empty where it has none.
-    patient: Option<String>,
+    /// Whose the CT before deformation is, where that is at hand.
+    patient: Option<PatientIdentity>,
     /// What is carried comes from a run that must not be used.
     not_usable: bool,
+}
+
+/// Where an object, or a region of it, was drawn.
+#[derive(Debug)]
+struct Drawn {
+    /// Name of the region; none for the object as a whole.
+    region: Option<String>,
+    /// UID of the frame of reference; empty where none is named.
+    frame: String,
+}
+
+impl Drawn {
+    fn whole(frame: String) -> Self {
+        Self { region: None, frame }
+    }
+
+    fn regions(structures: &Structures) -> Vec<Self> {
+        let of = |roi: &Roi| Self {
+            region: Some(roi.name.clone()),
+            frame: roi.frame_of_reference.clone(),
+        };
+        structures.rois().iter().map(of).collect()
+    }
 }
 
 impl CarryContext {
@@ -85,7 +109,7 @@ impl CarryContext {
         }
         let anonymised = exported.as_ref().is_some_and(|(_, source)| source.is_anonymised());
         let anonymiser = secret.filter(|_| anonymised).map(Anonymiser::new);
-        let patient = before.map(|source| source.whose().id);
+        let patient = before.map(Source::whose);
         let before = before.map(Source::frame_of_reference_uid);
         let before = before.or_else(|| registration.as_ref().map(|r| r.source_frame_uid.clone()));
         let (ahead, not_usable) = (None, *not_usable);
@@ -95,7 +119,7 @@ impl CarryContext {
     /// What is known before the CT is exported; `before` is the series as it was read.
     pub(crate) fn ahead(before: &Source, exported: &ExportSource) -> Self {
         let (ahead, anonymiser) = (Some(exported.source.clone()), exported.anonymiser.clone());
-        let patient = Some(before.whose().id);
+        let patient = Some(before.whose());
         let before = Some(before.frame_of_reference_uid());
         let (exported, registration, not_usable) = (None, None, false);
         Self { exported, ahead, registration, anonymiser, before, patient, not_usable }
@@ -123,7 +147,7 @@ impl CarryContext {
     pub(crate) fn dose(&self, path: &Path) -> Result<(Dose, Vec<Warning>), Error> {
         let dose = read_dose(path).map_err(Error::Carried)?;
         let mut warnings = dose.warnings().to_vec();
-        warnings.extend(self.compare(path, &[dose.frame_of_reference_uid()])?);
+        warnings.extend(self.compare(path, &[Drawn::whole(dose.frame_of_reference_uid())])?);
         let Some(source) = self.whose() else { return Ok((dose, warnings)) };
         let dose = dose.for_export(source, self.anonymiser.as_ref()).map_err(Error::Carried)?;
         Ok((dose, warnings))
@@ -135,9 +159,7 @@ impl CarryContext {
     /// As [`Self::dose`].
     pub(crate) fn structures(&self, path: &Path) -> Result<(Structures, Vec<Warning>), Error> {
         let structures = read_structures(path).map_err(Error::Carried)?;
-        let frames: Vec<String> =
-            structures.rois().iter().map(|r| r.frame_of_reference.clone()).collect();
-        let mut warnings: Vec<Warning> = self.compare(path, &frames)?.into_iter().collect();
+        let mut warnings = self.compare(path, &Drawn::regions(&structures))?;
         let Some(source) = self.whose() else { return Ok((structures, warnings)) };
         let exported = structures.for_export(source, self.anonymiser.as_ref());
         let (structures, renamed) = exported.map_err(Error::Carried)?;
@@ -155,8 +177,7 @@ impl CarryContext {
         grid: &Grid,
     ) -> Result<(Segmentation, Vec<Warning>), Error> {
         let found = frame_of_reference(path).map_err(Error::Carried)?;
-        let mut warnings: Vec<Warning> =
-            self.compare(path, std::slice::from_ref(&found))?.into_iter().collect();
+        let mut warnings = self.compare(path, &[Drawn::whole(found.clone())])?;
         let given = read_segmentation(path, grid, Some(&found)).map_err(Error::Carried)?;
         warnings.extend(given.warnings().to_vec());
         let Some(source) = self.whose() else { return Ok((given, warnings)) };
@@ -166,32 +187,45 @@ impl CarryContext {
         Ok((given, warnings))
     }
 
-    /// What is carried must lie in the frame of reference of the CT, under its own UID or the
-    /// mapped one; a warning when that is not known.
-    fn compare(&self, path: &Path, found: &[String]) -> Result<Option<Warning>, Error> {
-        self.compare_patient(path)?;
+    /// What is carried must be of the patient of the CT and lie in the frame of reference of the
+    /// CT, under its own UID or the mapped one. Warnings where that is not known.
+    fn compare(&self, path: &Path, drawn: &[Drawn]) -> Result<Vec<Warning>, Error> {
+        let (named, mut warnings) = self.compare_patient(path)?;
         let Some(own) = &self.before else {
-            return Ok(Some(Warning::new("frame-not-compared", NOT_COMPARED)));
+            warnings.push(Warning::new("frame-not-compared", NOT_COMPARED));
+            return Ok(warnings);
         };
         let mapped = |uid: &str| self.anonymiser.as_ref().map(|by| by.uid(uid));
         let same = |uid: &String| {
             uid == own || mapped(uid).as_ref() == Some(own) || mapped(own).as_ref() == Some(uid)
         };
-        if found.iter().any(|uid| !uid.is_empty() && !same(uid)) {
-            return Err(Error::OtherFrame { path: path.into() });
+        let other = drawn.iter().find(|one| !one.frame.is_empty() && !same(&one.frame));
+        if let Some(Drawn { region, .. }) = other {
+            return Err(Error::OtherFrame { path: path.into(), region: region.clone() });
         }
-        let nameless = found.iter().any(String::is_empty);
-        Ok(nameless.then(|| Warning::new("frame-missing", NO_FRAME)))
+        if drawn.iter().any(|one| one.frame.is_empty()) {
+            if !named {
+                return Err(Error::Unattributed { path: path.into() });
+            }
+            warnings.push(Warning::new("frame-missing", NO_FRAME));
+        }
+        Ok(warnings)
     }
 
-    /// What is carried must be of the patient of the CT. Where there is an exported CT, it is held
-    /// against that one when it is made ready for it.
-    fn compare_patient(&self, path: &Path) -> Result<(), Error> {
-        let Some(own) = self.patient.as_ref().filter(|id| !id.is_empty() && self.whose().is_none())
-        else {
-            return Ok(());
+    /// What is carried must be of the patient of the CT. Whether both name a patient, and what is
+    /// doubtful of it. Against the Patient ID of an exported CT it is held when it is made ready
+    /// for that.
+    fn compare_patient(&self, path: &Path) -> Result<(bool, Vec<Warning>), Error> {
+        let Some(source) = self.whose() else {
+            let compared = self.patient.as_ref().map(|own| compare_patient(path, own));
+            let compared = compared.transpose()?.unwrap_or_default();
+            return Ok((compared.by_id, compared.warning.into_iter().collect()));
         };
-        refuse_patients(path, |id| id != own)
+        let named = names_a_patient(path)? && !source.whose().id.is_empty();
+        // A de-identified object bears the exported CT's pseudonym and no more the patient's name.
+        let own = self.patient.as_ref().filter(|own| !own.id.is_empty());
+        let doubt = own.and_then(|own| compare_patient(path, own).ok()?.warning);
+        Ok((named, doubt.into_iter().collect()))
     }
 
     /// The headers that an object is written with.

@@ -7,7 +7,9 @@ use supine_dicom::{Dose, DoseInfo, write_dose};
 use supine_mesh::Deformation;
 use supine_space::{Progress, Warning};
 use supine_volume::{Ct, Volume};
-use supine_warp::{CarriedDose, DoseTotals, Origins, Params, carry_dose, cell_mm, dose_totals};
+use supine_warp::{
+    BeyondGrid, CarriedDose, DoseTotals, Origins, Params, carry_dose, cell_mm, dose_totals,
+};
 
 /// The code of [`not_anew`].
 pub(crate) const NOT_ANEW: &str = "dose-not-computed-anew";
@@ -17,6 +19,26 @@ pub(crate) fn not_anew() -> Warning {
     let text =
         "the dose was carried with the tissue; it was not computed anew on the deformed anatomy";
     Warning::new(NOT_ANEW, text)
+}
+
+/// What everyone who looks at a dose has to know whose grid is too small for the movement.
+pub(crate) fn grid_too_small(carried: &CarriedDose) -> Option<Warning> {
+    let BeyondGrid { entered_ml, edge_gy, left_gy } = carried.beyond;
+    let mut lost = Vec::new();
+    if entered_ml > 0.0 {
+        lost.push(format!(
+            "{entered_ml:.2} ml of tissue that comes in over its edge have 0 Gy, for none was given there (beside it up to \
+             {edge_gy:.1} Gy)"
+        ));
+    }
+    if left_gy > 0.0 {
+        lost.push(format!("tissue with up to {left_gy:.1} Gy leaves it and is not in the result"));
+    }
+    let text = format!(
+        "the grid of the dose ends within tissue that moves: {}; export the dose on a larger grid",
+        lost.join("; ")
+    );
+    (!lost.is_empty()).then(|| Warning::new("dose-grid-too-small", text))
 }
 
 /// A dose (Gy) in the operating position, on its own grid, with its totals; `ct`, before

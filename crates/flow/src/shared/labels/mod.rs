@@ -44,9 +44,10 @@ pub fn read_supplied(
     }
     let (grid, frame) = (ct.grid(), source.map(Source::frame_of_reference_uid));
     let frame = frame.as_deref();
-    let opened = open(supplied, grid, source, progress.part(0.0, 0.2))?;
+    let mut warnings = Vec::new();
+    let opened = open(supplied, (grid, source), &mut warnings, progress.part(0.0, 0.2))?;
     progress.at(0.2)?;
-    let (labels, mut warnings) = match opened {
+    let (labels, composed) = match opened {
         Opened::Numbers(labels) => (labels, vec![]),
         Opened::Regions(regions) => {
             let candidates: Vec<Candidate> = regions.candidates();
@@ -55,7 +56,7 @@ pub fn read_supplied(
         }
     };
     let (labels, more) = supine_segment::take_labels(ct, labels)?;
-    warnings.extend(more);
+    warnings.extend(composed.into_iter().chain(more));
     progress.at(1.0)?;
     Ok((labels, warnings))
 }
@@ -70,14 +71,14 @@ enum Opened {
 
 fn open(
     supplied: &SuppliedLabels,
-    grid: &Grid,
-    source: Option<&Source>,
+    (grid, source): (&Grid, Option<&Source>),
+    warnings: &mut Vec<Warning>,
     progress: Progress<'_>,
 ) -> Result<Opened, Error> {
     let path = &supplied.file;
     let object = region_object(path).map_err(Error::LabelsObject)?;
     if object.is_some() {
-        of_the_patient(path, source)?;
+        warnings.extend(of_the_patient(path, source)?);
     }
     Ok(Opened::Regions(match object {
         Some(RegionObject::Segmentation) => {
