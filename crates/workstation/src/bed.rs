@@ -9,8 +9,8 @@ use crate::workspace::Workspace;
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Instant;
-use supine_flow::{Applied, Lane, LiveBed, Request, Session};
-use supine_space::{BedPose, Point, Pose, Vector};
+use supine_flow::{Applied, Lane, LiveTilt, Request, Session};
+use supine_space::{Point, Pose, TablePose, Vector};
 use supine_volume::Ct;
 use tokio::sync::watch;
 
@@ -101,11 +101,11 @@ impl PreviewRequest {
     }
 
     /// The tilt, where it is one.
-    fn pose(&self) -> Result<BedPose, Error> {
+    fn pose(&self) -> Result<TablePose, Error> {
         let [ap_deg, lat_deg] = self.bed();
         let within = |degrees: f64| (-90.0..=90.0).contains(&degrees);
         (within(ap_deg) && within(lat_deg))
-            .then_some(BedPose { ap_deg, lat_deg })
+            .then_some(TablePose { ap_deg, lat_deg })
             .ok_or_else(|| Error::Request("the tilt is out of range".into()))
     }
 }
@@ -143,7 +143,7 @@ impl Workspace {
     /// When it cannot be made, or a newer wish ends the work.
     pub(crate) fn preview(
         &self,
-        kept: &mut Option<LiveBed>,
+        kept: &mut Option<LiveTilt>,
         wish: &BedWish,
         watching: &JobObserver,
     ) -> Result<(), Error> {
@@ -217,7 +217,7 @@ impl Workspace {
     }
 
     /// The table as the preview has it, with the CT that a navigation carries where it has one.
-    fn followed(&self, bed: &LiveBed, applicator: &Applicator, start: Instant) -> Frame {
+    fn followed(&self, bed: &LiveTilt, applicator: &Applicator, start: Instant) -> Frame {
         self.change(|held| {
             let shown = &mut held.state.preview_applicator;
             (shown.state, shown.message) = (Readiness::Ready, None);
@@ -242,9 +242,9 @@ impl Workspace {
     /// Moves the applicator; what it fails with is told.
     fn hold(
         &self,
-        bed: &mut LiveBed,
+        bed: &mut LiveTilt,
         session: &Session,
-        applied: (&Applied, BedPose),
+        applied: (&Applied, TablePose),
         moved: &Pose,
         seen: &[(usize, usize)],
     ) -> Result<supine_flow::ContactResult, Error> {
@@ -276,7 +276,7 @@ impl Workspace {
     /// When it cannot be made, or a newer wish ends the work.
     pub(crate) fn keep_preview(
         &self,
-        kept: &mut Option<LiveBed>,
+        kept: &mut Option<LiveTilt>,
         session: &Session,
         watching: &JobObserver,
     ) -> Result<(), Error> {
@@ -289,7 +289,7 @@ impl Workspace {
         Ok(())
     }
 
-    fn new_preview(&self, session: &Session, watching: &JobObserver) -> Result<LiveBed, Error> {
+    fn new_preview(&self, session: &Session, watching: &JobObserver) -> Result<LiveTilt, Error> {
         let show = |state: Readiness, message: Option<String>, tetrahedra: Option<usize>| {
             self.change(|held| {
                 let shown = &mut held.state.preview_bed;
@@ -299,7 +299,7 @@ impl Workspace {
         };
         show(Readiness::Preparing, None, None);
         let request = Request { observer: watching, lane: Lane::Live, ..Request::default() };
-        match LiveBed::new(session, &request) {
+        match LiveTilt::new(session, &request) {
             Ok(bed) => {
                 show(Readiness::Ready, None, Some(bed.tetrahedra()));
                 Ok(bed)
@@ -328,7 +328,7 @@ struct Patch {
 }
 
 /// The planes of the preview; `over`: what takes its place where there is some.
-fn cut(bed: &LiveBed, planes: &[(String, usize)], over: Option<&Over<'_>>) -> Vec<Patch> {
+fn cut(bed: &LiveTilt, planes: &[(String, usize)], over: Option<&Over<'_>>) -> Vec<Patch> {
     let all = views(bed.ct().grid());
     let patch = |(name, slice): &(String, usize)| {
         let view = all.iter().position(|view| view.is(name))?;
@@ -340,7 +340,7 @@ fn cut(bed: &LiveBed, planes: &[(String, usize)], over: Option<&Over<'_>>) -> Ve
 }
 
 fn differs(
-    bed: &LiveBed,
+    bed: &LiveTilt,
     (view, shown): (u32, &ViewShown),
     slice: usize,
     over: Option<&Over<'_>>,

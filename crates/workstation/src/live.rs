@@ -8,7 +8,7 @@ use crate::state::{Problem, Readiness};
 use crate::workspace::Workspace;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use supine_flow::{Lane, LiveBed, NodeId, Request, Session};
+use supine_flow::{Lane, LiveTilt, NodeId, Request, Session};
 
 /// What is wanted beside the work, the most urgent last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -208,7 +208,7 @@ impl Workspace {
         Ok(())
     }
 
-    fn kept_bed(&self) -> MutexGuard<'_, Option<LiveBed>> {
+    fn kept_bed(&self) -> MutexGuard<'_, Option<LiveTilt>> {
         self.kept_bed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -219,4 +219,4 @@ impl Workspace {
 }
 
 /// A preview that is kept.
-pub(crate) type KeptBed = Mutex<Option<LiveBed>>;
+pub(crate) type KeptBed = Mutex<Option<LiveTilt>>;

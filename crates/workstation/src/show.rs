@@ -236,7 +236,7 @@ impl OpenCase {
 /// either is not there, or both are of different tables.
 pub(crate) fn preview_differs(held: &OpenCase, session: &Session) -> Option<f64> {
     let previewed = held.previewed?;
-    let bed = session.case().bed?;
+    let bed = session.case().table?;
     let same = previewed.bed == [bed.ap_deg, bed.lat_deg];
     let (movement, _) = session.peek_tumour().filter(|_| same)?;
     Some((Point::from(movement.after_mm) - previewed.tumour?).norm())
