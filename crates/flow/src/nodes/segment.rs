@@ -89,7 +89,7 @@ pub(crate) struct Facts {
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 13;
+    const METHOD: u32 = 14;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Prepare);
