@@ -4,7 +4,7 @@
 use crate::Error;
 use crate::edit::{Edits, OneEdit};
 use crate::job::JobObserver;
-use crate::roots::name_of;
+use crate::names::name_of;
 use crate::state::{BesideShown, Problem};
 use crate::workspace::{OpenCase, Workspace};
 use serde::Deserialize;

@@ -1,10 +1,11 @@
 //! The live picture of the table: what the page asks for, and the frame that it gets.
 
 use crate::Error;
+use crate::draw::planes::{ViewShown, views};
 use crate::job::JobObserver;
-use crate::region::Over;
+use crate::navigation::region::Over;
 use crate::show::preview_differs;
-use crate::state::{Readiness, ViewShown, views};
+use crate::state::Readiness;
 use crate::workspace::Workspace;
 use serde::Deserialize;
 use std::sync::Arc;

@@ -1,8 +1,9 @@
 //! Changes of the case: each is checked, on disk and told before the next.
 
 use crate::Error;
-use crate::open::{run_command, shown_case};
-use crate::roots::name_of;
+use crate::names::name_of;
+use crate::names::run_command;
+use crate::open::shown_case;
 use crate::state::{PreviewShown, Readiness, State};
 use crate::unsaved::Kept;
 use crate::workspace::{OpenCase, Workspace};

@@ -11,42 +11,33 @@
 )]
 
 mod adjacent;
-mod app;
 mod bed;
-mod body;
-mod browser;
-mod bytes;
-mod doors;
+mod draw;
 mod edit;
 mod error;
-mod follow;
-mod guard;
 mod job;
-mod lines;
-mod link;
 mod live;
+mod names;
 mod navigation;
 mod open;
 mod outside;
 mod own;
-mod own_lines;
 mod picture;
-mod region;
 mod roots;
-mod routes;
 mod send;
+mod server;
 mod show;
 mod state;
-mod surface;
 mod unsaved;
 mod whose;
 mod workspace;
 
 pub use error::Error;
 
-use app::App;
-use doors::{Doors, Guest};
-use routes::router;
+use server::app::App;
+use server::browser;
+use server::doors::{Doors, Guest};
+use server::routes::router;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

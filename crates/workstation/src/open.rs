@@ -2,12 +2,14 @@
 
 use crate::Error;
 use crate::adjacent::AdjacentObject;
-use crate::body::body;
-use crate::bytes::Voxels;
+use crate::draw::body::body;
+use crate::draw::planes::views;
+use crate::draw::voxels::Voxels;
 use crate::job::JobObserver;
-use crate::roots::{is_case, is_run, name_of};
+use crate::names::{name_of, quoted, run_command};
+use crate::roots::{is_case, is_run};
 use crate::send::words;
-use crate::state::{CaseShown, InspectionShown, Phase, ResultShown, VerifiedShown, stages, views};
+use crate::state::{CaseShown, InspectionShown, Phase, ResultShown, VerifiedShown, stages};
 use crate::unsaved::{Kept, Record};
 use crate::workspace::{OpenCase, Workspace};
 use serde::Deserialize;
@@ -389,27 +391,6 @@ pub(crate) fn of_series(dir: &Path, uid: &str) -> Result<Spec, Error> {
     Ok(spec)
 }
 
-/// Longer values are not told on the command line: the case has them.
-const TELLING: usize = 60;
-
-/// The command line of a whole run, with changes of the case that it may be made with.
-pub(crate) fn run_command(case: &str, edited: &[String]) -> String {
-    let mut text = format!("supine run {} --out result", quoted(case));
-    for change in edited.iter().filter(|change| change.len() <= TELLING) {
-        text += &format!(" --set {}", quoted(change));
-    }
-    text
-}
-
-/// A name as a shell takes it.
-pub(crate) fn quoted(name: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/=".contains(c);
-    match name.chars().all(plain) {
-        true => name.into(),
-        false => format!("'{}'", name.replace('\'', r"'\''")),
-    }
-}
-
 /// A case as the page shows it.
 pub(crate) fn shown_case(session: &Session, file: &CaseFile) -> CaseShown {
     let case = session.case();
@@ -444,16 +425,5 @@ fn flatten(
             }
         }
         value => drop(into.insert(key.into(), value.clone())),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_quoted_where_a_shell_needs_it() {
-        assert_eq!(quoted("case.toml"), "case.toml");
-        assert_eq!(quoted("Mrs X's case.toml"), r"'Mrs X'\''s case.toml'");
     }
 }

@@ -1,6 +1,6 @@
 //! The patient's own structures and doses, before and after, as the page shows them.
 
-use crate::bytes::Voxels;
+use crate::draw::voxels::Voxels;
 use crate::state::{HistogramShown, OwnDoseShown, OwnShown, OwnStructureShown};
 use crate::workspace::OpenCase;
 use std::sync::Arc;

@@ -3,6 +3,7 @@
 //! The page names folders and files by numbers that were given out here, never by paths.
 
 use crate::Error;
+use crate::names::name_of;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -124,11 +125,6 @@ impl Roots {
         let there = path.canonicalize().map_err(|source| Error::unreadable(path, source))?;
         if there.starts_with(&self.root) { Ok(there) } else { Err(Error::NotBelow) }
     }
-}
-
-/// The last part of a path.
-pub(crate) fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(|| "/".into(), |name| name.to_string_lossy().into_owned())
 }
 
 fn is_hidden(path: &Path) -> bool {

@@ -58,7 +58,7 @@ impl Workspace {
         self.begin("sending", move |workspace, watching| {
             workspace.change(|held| {
                 held.state.sent = None;
-                let name = crate::open::quoted(&crate::roots::name_of(&path));
+                let name = crate::names::quoted(&crate::names::name_of(&path));
                 held.state.command = format!("supine send {name} --to {node}");
             });
             let before = acknowledged(&path, &node);

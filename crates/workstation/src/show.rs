@@ -1,10 +1,10 @@
 //! What the session holds, as the page sees it.
 
-use crate::bytes::Voxels;
-use crate::lines::{Body, Cuttable, Own};
+use crate::draw::lines::{Body, Cuttable, Plan};
+use crate::draw::surface::{Drawn, Shape, Surface};
+use crate::draw::voxels::Voxels;
 use crate::own::levels_gy;
 use crate::state::{LinesShown, PatchShown, Readiness, TumourShown};
-use crate::surface::{Drawn, Shape, Surface};
 use crate::workspace::OpenCase;
 use serde::Serialize;
 use std::sync::Arc;
@@ -190,17 +190,17 @@ impl OpenCase {
         let levels = self.own.as_ref().map_or(vec![], levels_gy);
         let own = |carried| {
             let objects = self.own.clone()?;
-            Some(Own { objects, carried, levels_gy: levels.clone() })
+            Some(Plan { objects, carried, levels_gy: levels.clone() })
         };
         let (given, carried) = (own(false), own(true));
         if surfaces.is_some() || body.is_some() || given.is_some() {
-            let (tumour, own) = (None, given);
-            let ct = Cuttable { grid: grid.clone(), surfaces, uncertainty, body, tumour, own };
+            let (tumour, plan) = (None, given);
+            let ct = Cuttable { grid: grid.clone(), surfaces, uncertainty, body, tumour, plan };
             self.put_lines("ct", ct);
         } else {
             self.drop_lines("ct");
         }
-        let own = carried;
+        let plan = carried;
         let Some(carried) = self.seen.carried.clone() else { return };
         let body = Some(Body {
             mesh: Arc::clone(carried.mesh()),
@@ -209,7 +209,7 @@ impl OpenCase {
         });
         let tumour = self.carried_tumour().map(Arc::new);
         let (surfaces, uncertainty) = (None, None);
-        let deformed = Cuttable { grid, surfaces, uncertainty, body, tumour, own };
+        let deformed = Cuttable { grid, surfaces, uncertainty, body, tumour, plan };
         self.put_lines("deformed", deformed);
     }
 

@@ -1,11 +1,12 @@
 //! What the page is told: one object, whole, after each change.
 
+use crate::draw::planes::ViewShown;
+use crate::draw::voxels::VolumeShown;
 use crate::roots::Named;
 use crate::show::FigureShown;
 use crate::unsaved::UnsavedShown;
 use serde::Serialize;
 use supine_flow::{Case, CaseError, NodeId, PatientIdentity, SphereRecord};
-use supine_space::{Grid, View};
 
 /// All that the page shows, but the voxels.
 #[derive(Clone, Debug, Serialize, Default)]
@@ -93,27 +94,6 @@ pub(crate) struct Problem {
     pub(crate) advice: Option<String>,
 }
 
-/// A volume whose bytes the page may fetch.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct VolumeShown {
-    pub(crate) id: &'static str,
-    pub(crate) key: String,
-    #[serde(rename = "type")]
-    pub(crate) voxel: &'static str,
-    pub(crate) size: [usize; 3],
-    pub(crate) spacing_mm: [f64; 3],
-    pub(crate) origin_mm: [f64; 3],
-    /// Unit vectors of the grid's axes, LPS.
-    pub(crate) axes: [[f64; 3]; 3],
-    /// Whether it is no acquired CT.
-    pub(crate) simulated: bool,
-    /// First and last voxel of the patient along each axis, where that was looked for.
-    pub(crate) body: Option<[[usize; 3]; 2]>,
-    /// Whether it is of what is given now.
-    pub(crate) fresh: bool,
-    pub(crate) names: serde_json::Map<String, serde_json::Value>,
-}
-
 /// A surface whose bytes the page may fetch.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SurfaceShown {
@@ -165,26 +145,6 @@ pub(crate) enum Readiness {
     Preparing,
     Ready,
     Failed,
-}
-
-/// How the grid's own planes are shown in a view.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct ViewShown {
-    name: &'static str,
-    /// The grid's axis at right angles to the planes.
-    normal: usize,
-    right: AxisShown,
-    down: AxisShown,
-    /// At the left, right, upper and lower edge.
-    letters: [&'static str; 4],
-}
-
-/// An axis of the grid along one side of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct AxisShown {
-    axis: usize,
-    /// Whether the index falls along it.
-    flip: bool,
 }
 
 /// A stage of the flow.
@@ -443,73 +403,6 @@ pub(crate) fn stages(case: &Case) -> Vec<StageShown> {
     NodeId::ALL.into_iter().filter(shown).map(stage).collect()
 }
 
-impl ViewShown {
-    /// Whether it has a name.
-    pub(crate) fn is(&self, name: &str) -> bool {
-        self.name == name
-    }
-
-    /// The grid's axis at right angles to its planes.
-    pub(crate) fn normal(&self) -> usize {
-        self.normal
-    }
-
-    /// The grid's axes along its right and down sides.
-    pub(crate) fn sides(&self) -> [usize; 2] {
-        [self.right.axis, self.down.axis]
-    }
-}
-
-impl VolumeShown {
-    /// A volume on a grid.
-    pub(crate) fn on(grid: &Grid, id: &'static str, voxel: &'static str, key: String) -> Self {
-        let axis = |a: usize| -> [f64; 3] { grid.direction().column(a).into_owned().into() };
-        Self {
-            id,
-            key,
-            voxel,
-            size: grid.size(),
-            spacing_mm: grid.spacing().into(),
-            origin_mm: grid.origin().coords.into(),
-            axes: [axis(0), axis(1), axis(2)],
-            simulated: false,
-            body: None,
-            fresh: true,
-            names: serde_json::Map::new(),
-        }
-    }
-}
-
-/// The views of a grid's own planes. Each direction of a picture is that axis of the grid that
-/// comes nearest to it; no two directions share one.
-pub(crate) fn views(grid: &Grid) -> Vec<ViewShown> {
-    let order = nearest_axes(grid);
-    let along = |direction: [f64; 3]| {
-        let lps = (0..3).find(|a| direction[*a] != 0.0).unwrap_or(0);
-        let axis = order[lps];
-        let same = grid.direction()[(lps, axis)] * direction[lps] > 0.0;
-        AxisShown { axis, flip: !same }
-    };
-    let shown = |view: View| ViewShown {
-        name: view.name(),
-        normal: order[view.axis()],
-        right: along(view.right().into()),
-        down: along(view.down().into()),
-        letters: view.letters(),
-    };
-    View::ALL.map(shown).into()
-}
-
-/// Which axis of the grid runs nearest along x, y and z of LPS: of the six ways to pair them the
-/// one with the largest sum of cosines.
-fn nearest_axes(grid: &Grid) -> [usize; 3] {
-    let ways = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-    let fit =
-        |way: &[usize; 3]| (0..3).map(|lps| grid.direction()[(lps, way[lps])].abs()).sum::<f64>();
-    let best = ways.into_iter().max_by(|a, b| fit(a).total_cmp(&fit(b)));
-    best.unwrap_or([0, 1, 2])
-}
-
 impl InspectionShown {
     /// Of a folder's report; `id` names each series.
     pub(crate) fn of(
@@ -537,57 +430,9 @@ impl InspectionShown {
         });
         let object = |object: &supine_flow::commands::dicom::PlanObject| ObjectShown {
             kind: object.kind.name(),
-            name: crate::roots::name_of(&object.path),
+            name: crate::names::name_of(&object.path),
         };
         let objects = found.objects.iter().map(object).collect();
         Self { dir: dir.id, name: dir.name, series: series.collect(), objects }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use supine_space::{Matrix, Point, Vector};
-
-    fn grid(columns: [[f64; 3]; 3]) -> Grid {
-        let direction = Matrix::from_columns(&columns.map(Vector::from));
-        Grid::new([4, 5, 6], Vector::new(1.0, 1.0, 2.0), Point::origin(), direction).unwrap()
-    }
-
-    /// Where a picture's upper left, upper right and lower left corners lie, LPS.
-    fn corners(grid: &Grid, view: &ViewShown) -> [Point; 3] {
-        let at = |right: bool, down: bool| {
-            let mut voxel = [0; 3];
-            for (side, far) in [(view.right, right), (view.down, down)] {
-                voxel[side.axis] = if side.flip == far { 0 } else { grid.size()[side.axis] - 1 };
-            }
-            grid.centre(voxel)
-        };
-        [at(false, false), at(true, false), at(false, true)]
-    }
-
-    #[test]
-    fn pictures_lie_as_their_letters_say_on_grids_of_all_kinds() {
-        let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
-        let not = |v: [f64; 3]| v.map(|c: f64| -c);
-        let tilted = [[0.995, 0.0998, 0.0], [-0.0998, 0.995, 0.0], z];
-        // Axial, flipped rows, feet first, coronal, sagittal, slightly turned.
-        for axes in [
-            [x, y, z],
-            [not(x), not(y), z],
-            [not(x), y, not(z)],
-            [x, not(z), y],
-            [y, not(z), x],
-            tilted,
-        ] {
-            let grid = grid(axes);
-            for (shown, view) in views(&grid).iter().zip(View::ALL) {
-                let [corner, right, down] = corners(&grid, shown);
-                assert!((right - corner).dot(&view.right()) > 0.0, "{axes:?} {shown:?}");
-                assert!((down - corner).dot(&view.down()) > 0.0, "{axes:?} {shown:?}");
-                let used = [shown.normal, shown.right.axis, shown.down.axis];
-                assert_eq!(used.iter().sum::<usize>(), 3, "{used:?}");
-            }
-        }
     }
 }

@@ -6,7 +6,8 @@
 //! the program that has it open; the lock ends with that program, however it ends.
 
 use crate::Error;
-use crate::roots::{Roots, name_of};
+use crate::names::name_of;
+use crate::roots::Roots;
 use crate::workspace::{OpenCase, Workspace};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};

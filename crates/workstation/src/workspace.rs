@@ -3,17 +3,15 @@
 use crate::Error;
 use crate::adjacent::AdjacentObject;
 use crate::bed::Previewed;
-use crate::bytes::Voxels;
-use crate::follow::Following;
+use crate::draw::lines::{Cuttable, Line};
+use crate::draw::surface::{Drawn, Shape};
+use crate::draw::voxels::{VolumeShown, Voxels};
 use crate::job::JobObserver;
-use crate::lines::{Cuttable, Line};
 use crate::live::{KeptBed, Live};
+use crate::navigation::follow::Following;
 use crate::roots::{Listing, Roots};
 use crate::show::DisplayedInputs;
-use crate::state::{
-    Job, LiveShown, NodeShown, Phase, PreviewShown, Problem, State, SurfaceShown, VolumeShown,
-};
-use crate::surface::{Drawn, Shape};
+use crate::state::{Job, LiveShown, NodeShown, Phase, PreviewShown, Problem, State, SurfaceShown};
 use crate::unsaved::{Kept, prune};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! What a navigation says, in messages, and what the page is told of it: frames are LPS, all
 //! numbers finite.
 
-use crate::region;
+use crate::navigation::region;
 use serde::Serialize;
 use supine_openigtlink::{Content, Message, PointItem, Rows, Stamp, Status, StatusCode};
 use supine_space::{Matrix, Point, Vector};

@@ -3,7 +3,7 @@
 //! for a host's name is bounded.
 
 use crate::Error;
-use crate::navigation::{AnswerShown, Ear, Heard, Mood, REGION, STALE};
+use crate::navigation::messages::{AnswerShown, Ear, Heard, Mood, REGION, STALE};
 use crate::workspace::Workspace;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;

@@ -1,10 +1,12 @@
 //! The table of routes. All of it passes the guard; all data bear `no-store`.
 
-use crate::app::App;
-use crate::doors::Guest;
 use crate::edit::Way;
-use crate::guard::{Refusal, RequestOrigin, admit, needs_key};
-use crate::{Error, follow, link, open};
+use crate::navigation::follow;
+use crate::server::app::App;
+use crate::server::doors::Guest;
+use crate::server::guard::{Refusal, RequestOrigin, admit, needs_key};
+use crate::server::link;
+use crate::{Error, open};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{ConnectInfo, DefaultBodyLimit, Path, Query, Request, State};

@@ -1,10 +1,10 @@
 //! The socket by which the page is told of each change.
 
-use crate::app::App;
 use crate::bed::{Applicator, Frames, PreviewRequest, Table};
-use crate::doors::Guest;
-use crate::follow::Navigation;
-use crate::guard::is_same;
+use crate::navigation::follow::Navigation;
+use crate::server::app::App;
+use crate::server::doors::Guest;
+use crate::server::guard::is_same;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{ConnectInfo, State};
 use axum::response::Response;
