@@ -19,6 +19,12 @@ pub(crate) fn run_command(case: &str, edited: &[String]) -> String {
     text
 }
 
+/// The command line that makes a run anew from its folder.
+pub(crate) fn rerun_command(path: &Path) -> String {
+    let name = name_of(path);
+    format!("supine run {} --out {}", quoted(&format!("{name}/summary.json")), quoted(&name))
+}
+
 /// A name as a shell takes it.
 pub(crate) fn quoted(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "._-/=".contains(c);

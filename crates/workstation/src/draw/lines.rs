@@ -31,12 +31,12 @@ pub(crate) struct Cuttable {
     /// A tumour that is no sphere any more.
     pub(crate) tumour: Option<Arc<Surface>>,
     /// The patient's own structures and doses.
-    pub(crate) plan: Option<Plan>,
+    pub(crate) plan: Option<PlanLines>,
 }
 
 /// Structures and doses, as given or as carried.
 #[derive(Clone, Debug)]
-pub(crate) struct Plan {
+pub(crate) struct PlanLines {
     pub(crate) objects: OwnObjects,
     pub(crate) carried: bool,
     /// Doses of the isodoses: finding them takes the whole dose, and planes are asked for often.
@@ -84,7 +84,7 @@ impl Cuttable {
     }
 }
 
-impl Plan {
+impl PlanLines {
     fn lines(&self, cut: &Cut<'_>) -> Vec<Line> {
         let structures = self.objects.structures().filter_map(|one| {
             let contours = if self.carried { one.after? } else { one.before };

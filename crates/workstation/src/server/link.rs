@@ -1,10 +1,10 @@
 //! The socket by which the page is told of each change.
 
-use crate::bed::{Applicator, Frames, PreviewRequest, Table};
 use crate::navigation::follow::Navigation;
 use crate::server::app::App;
 use crate::server::doors::Guest;
 use crate::server::guard::is_same;
+use crate::workers::bed::{Applicator, Frames, PreviewRequest, Table};
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{ConnectInfo, State};
 use axum::response::Response;
@@ -65,7 +65,7 @@ async fn tell(app: &App, socket: &mut WebSocket) {
     let frames = Frames::new(None);
     let mut pictures = frames.subscribe();
     states.mark_changed();
-    let mut navigations = app.workspace.following.watched();
+    let mut navigations = app.following.watched();
     if navigations.borrow().is_on() {
         navigations.mark_changed();
     }
@@ -95,9 +95,9 @@ async fn tell(app: &App, socket: &mut WebSocket) {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(Message::Text(text))) => {
                     match serde_json::from_str(&text) {
-                        Ok(Said::Bed(asked)) => app.workspace.tilt(PreviewRequest::Table(asked), &frames),
+                        Ok(Said::Bed(asked)) => app.live.tilt(PreviewRequest::Table(asked), &frames),
                         Ok(Said::Applicator(asked)) => {
-                            app.workspace.tilt(PreviewRequest::Applicator(asked), &frames);
+                            app.live.tilt(PreviewRequest::Applicator(asked), &frames);
                         }
                         Err(_) => {}
                     }
