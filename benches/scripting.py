@@ -88,13 +88,13 @@ def sweep(binary: str, case: Path, folder: Path) -> str:
     begun = time.perf_counter()
     session = supine.Session.read(case)
     for ap, lat in TILTS:
-        session.set(bed={"ap": ap, "lat": lat})
+        session.set(table={"ap": ap, "lat": lat})
         session.movement
     ours = time.perf_counter() - begun
     some = TILTS[:: len(TILTS) // RUNS][:RUNS]
     begun = time.perf_counter()
     for n, (ap, lat) in enumerate(some):
-        tilt = f"bed={{ap={ap},lat={lat}}}"
+        tilt = f"table={{ap={ap},lat={lat}}}"
         command: list[str | Path] = [binary, "run", case, "--out", folder / f"tilt{n}", "--set", tilt]
         seconds([*command, "--until", "points", "--quiet"])
     theirs = (time.perf_counter() - begun) / len(some) * len(TILTS)

@@ -10,7 +10,7 @@ use ndarray_npy::NpzReader;
 use std::fs::File;
 use std::path::PathBuf;
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
-use supine_space::{BedPose, Point, Vector};
+use supine_space::{Point, TablePose, Vector};
 
 /// The folder of the reference's arrays.
 pub(crate) struct Reference(pub(crate) PathBuf);
@@ -68,7 +68,7 @@ pub(crate) fn order(number: &str) -> Result<Order> {
 
 /// Gravity on the reference's table.
 pub(crate) fn tilt() -> Vector {
-    BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity()
+    TablePose { ap_deg: 7.0, lat_deg: 5.0 }.gravity()
 }
 
 pub(crate) fn rows(array: &Array2<f64>) -> Vec<[f64; 3]> {

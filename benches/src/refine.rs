@@ -75,7 +75,7 @@ impl Problem {
         let region = &summary.parameters.region;
         let sphere = Sphere::new(Point::from(region.centre_mm), region.radius_mm)?;
         let tumour = summary.position.tumour.as_ref().context("no tumour")?;
-        let gravity = Vector::from(summary.position.bed.gravity);
+        let gravity = Vector::from(summary.position.table.gravity);
         Ok(Self {
             region: (Arc::new(labels), surfaces.map(Arc::new), sphere),
             tumour: Sphere::new(Point::from(tumour.centre_mm), tumour.radius_mm)?,

@@ -20,7 +20,7 @@ use serde_json::json;
 use std::sync::Arc;
 use supine_fem::{Body, Cut, Load, Params, RestState, Tilt, Tissue, solve};
 use supine_mesh::Deformation;
-use supine_space::{BedPose, Progress, supine};
+use supine_space::{Progress, TablePose, supine};
 
 /// Relative residual of the cold solutions.
 const SETTLED: f64 = 1e-10;
@@ -48,7 +48,7 @@ fn main() -> Result<()> {
     };
     let level = Load { ct: supine(), target: supine() };
     let (mut tilt, _) = Tilt::new(&body, &level, &params, Progress::none())?;
-    let cold = |pose: BedPose| {
+    let cold = |pose: TablePose| {
         let load = Load { target: pose.gravity(), ..level };
         solve(&body, &load, &params, Progress::none())
     };
@@ -63,7 +63,7 @@ fn main() -> Result<()> {
             error = error.max(apart(&tilt.deformation()?, &cold(pose)?.0));
         }
     }
-    let jump = BedPose { ap_deg: 20.0, lat_deg: 15.0 };
+    let jump = TablePose { ap_deg: 20.0, lat_deg: 15.0 };
     let start = cpu_s();
     tilt.turn(&jump.gravity())?;
     let jump_ms = 1e3 * (cpu_s() - start);
@@ -87,8 +87,8 @@ fn main() -> Result<()> {
 }
 
 /// The tilts, one after the other.
-fn path() -> Vec<BedPose> {
-    let pose = |ap: i32, lat: i32| BedPose { ap_deg: ap.into(), lat_deg: lat.into() };
+fn path() -> Vec<TablePose> {
+    let pose = |ap: i32, lat: i32| TablePose { ap_deg: ap.into(), lat_deg: lat.into() };
     let up = (1..=20).map(|ap| pose(ap, 0));
     let aside = (1..=15).map(|lat| pose(20, lat));
     let back = (0..15).rev().map(|lat| pose(20, lat));

@@ -160,7 +160,7 @@ macro_rules! keys {
             $(const $rest: keys!(@ $rest) = $value;)*
         }
     };
-    (@ BED) => { bool };
+    (@ TILT) => { bool };
     (@ REQUIRED) => { &'static [&'static str] };
     (@ RENAMED) => { &'static [(&'static str, &'static str)] };
 }
@@ -176,14 +176,14 @@ keys!(
     MeshKeys,
     commands::mesh::KEYS,
     REQUIRED = &["region.centre", "region.radius", "mesh.tetrahedra"],
-    BED = true,
+    TILT = true,
     RENAMED = &[
         ("finer-in", "--refine tumour --tumour-centre X,Y,Z --tumour-radius R"),
         ("finer-edge", "--tumour-edge"),
         ("finer-growth", "--tumour-growth"),
     ]
 );
-keys!(SolveKeys, commands::solve::KEYS, BED = true);
+keys!(SolveKeys, commands::solve::KEYS, TILT = true);
 keys!(WarpKeys, commands::warp::KEYS, REQUIRED = &["ct"]);
 keys!(CarryKeys, commands::carry::KEYS);
 
@@ -280,8 +280,8 @@ pub(crate) struct Run {
     /// Where the results go
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Another value for a key of the case, as the case file has it or as a bare word: bed.ap=5,
-    /// 'bed={ap=5,lat=2}', breast=left, 'exclude=["2-01.dcm"]'; a table sets each of its keys
+    /// Another value for a key of the case, as the case file has it or as a bare word: table.ap=5,
+    /// 'table={ap=5,lat=2}', breast=left, 'exclude=["2-01.dcm"]'; a table sets each of its keys
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) changes: Vec<Change>,
     /// Take the patient out of all that leaves (PS3.15), as `export = { anonymise = true }` does
@@ -390,7 +390,7 @@ pub(crate) struct Coarsen {
 }
 
 #[derive(Args, Debug)]
-#[command(group(ArgGroup::new("target").args(["bed", "sitting", "gravity"]).required(true)))]
+#[command(group(ArgGroup::new("target").args(["table", "sitting", "gravity"]).required(true)))]
 pub(crate) struct Solve {
     /// The mesh (.vtu, .msh) with its boundary tags
     #[arg(long, value_name = "FILE")]
@@ -516,11 +516,11 @@ mod tests {
 
     #[test]
     fn a_tilt_beyond_its_range_is_refused_in_the_words_of_the_case_file() {
-        let words = ["supine", "solve", "--mesh=m.vtu", "--out=d.vtu", "--bed=900,5"];
+        let words = ["supine", "solve", "--mesh=m.vtu", "--out=d.vtu", "--table=900,5"];
         let told = Cli::try_parse_from(words).unwrap_err().to_string();
-        assert!(told.contains("--bed"), "{told}");
+        assert!(told.contains("--table"), "{told}");
         let mut case = supine_flow::Spec::new("");
-        let said = case.set("bed.ap", &900.into()).unwrap_err().to_string();
+        let said = case.set("table.ap", &900.into()).unwrap_err().to_string();
         assert!(told.contains(&said), "{told} without {said}");
     }
 }

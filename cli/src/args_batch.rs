@@ -24,7 +24,7 @@ use supine_flow::{NodeId, Options, Start};
         "Exit codes: 0 all ended as `run` ends with 0; 3 some failed; 75 some failed, and all that did are worth a \
 retry; 4 none failed, and some must not be used (red; with --deny-warnings amber too); 130 stopped; 1, 2, 5 nothing was run: the \
 cases, the options or DIR are wrong. With --collect 0 whatever the cases' states say.\n\n\
-A table: its head has the keys of the case file (`supine help case`), such as ct, breast, bed.ap, tumour.centre, and a column name, \
+A table: its head has the keys of the case file (`supine help case`), such as ct, breast, table.ap, tumour.centre, and a column name, \
 which names the runs; an empty cell gives nothing; paths lead from the table's folder. A column case names a case file whose values the \
 other columns change.\n\n\
 With --anonymise the names of cases stay: name them by numbers. The keys to who they are lie in DIR/runs/NAME-reidentification; \
@@ -143,7 +143,7 @@ mod tests {
             let first: [OsString; 2] = ["supine".into(), "p1.toml".into()];
             <Words as clap::Parser>::parse_from(first.iter().chain(words)).batch
         };
-        let all = "--out o --set bed.ap=5 --set tumour.centre=-1,2,3 --until mesh --anonymise --overwrite --deny-warnings";
+        let all = "--out o --set table.ap=5 --set tumour.centre=-1,2,3 --until mesh --anonymise --overwrite --deny-warnings";
         for said in [all, "--out=-o"] {
             let words: Vec<OsString> = said.split(' ').map(OsString::from).collect();
             let batch = parse(&words);

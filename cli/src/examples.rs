@@ -14,7 +14,7 @@ pub(crate) const CHECK: &str = "Examples:
 
 pub(crate) const RUN: &str = "Examples:
   supine run case.toml --out result
-  supine run case.toml --out steeper --set bed.ap=12
+  supine run case.toml --out steeper --set table.ap=12
   supine run case.toml --out result --until segment
   supine run result/summary.json --out again";
 

@@ -15,8 +15,8 @@ pub(crate) trait Keys {
     const KEYS: &'static [&'static str];
     /// Those without which it cannot work.
     const REQUIRED: &'static [&'static str] = &[];
-    /// Whether it takes the tilt of the table, `--bed AP,LAT`.
-    const BED: bool = false;
+    /// Whether it takes the tilt of the table, `--table AP,LAT`.
+    const TILT: bool = false;
     /// Options of older versions, with what is said in their place.
     const RENAMED: &'static [(&'static str, &'static str)] = &[];
 }
@@ -29,7 +29,7 @@ pub(crate) struct Given<K> {
     keys: PhantomData<K>,
 }
 
-const BED: [&str; 2] = ["bed.ap", "bed.lat"];
+const TILT: [&str; 2] = ["table.ap", "table.lat"];
 
 fn parameters<K: Keys>() -> impl Iterator<Item = &'static Parameter> {
     K::KEYS.iter().filter_map(|key| TABLE.iter().find(|parameter| parameter.key == *key))
@@ -38,7 +38,7 @@ fn parameters<K: Keys>() -> impl Iterator<Item = &'static Parameter> {
 impl<K: Keys> Args for Given<K> {
     fn augment_args(command: Command) -> Command {
         let command = command.args(parameters::<K>().map(|p| argument(p, K::REQUIRED)));
-        let command = if K::BED { command.arg(bed()) } else { command };
+        let command = if K::TILT { command.arg(table()) } else { command };
         command.args(K::RENAMED.iter().map(|(old, now)| renamed(old, now)))
     }
 
@@ -70,8 +70,8 @@ impl<K: Keys> FromArgMatches for Given<K> {
             }
             .map_err(invalid)?;
         }
-        if let Some(tilt) = matches.try_get_one::<Vec<String>>("bed").ok().flatten() {
-            for (key, text) in BED.into_iter().zip(tilt) {
+        if let Some(tilt) = matches.try_get_one::<Vec<String>>("table").ok().flatten() {
+            for (key, text) in TILT.into_iter().zip(tilt) {
                 set(key, text).map_err(invalid)?;
             }
         }
@@ -160,20 +160,22 @@ impl TypedValueParser for Checked {
 }
 
 /// The tilt of the table.
-fn bed() -> Arg {
+fn table() -> Arg {
     let parse = |text: &str| -> Result<Vec<String>, String> {
         let parts: Vec<&str> = text.split(',').map(str::trim).collect();
-        if parts.len() != BED.len() {
+        if parts.len() != TILT.len() {
             return Err("expected two tilts in degrees with a comma between: AP,LAT".into());
         }
-        for (key, part) in BED.into_iter().zip(&parts) {
+        for (key, part) in TILT.into_iter().zip(&parts) {
             Spec::new("").set_typed(key, part).map_err(|e| e.to_string())?;
         }
         Ok(parts.into_iter().map(String::from).collect())
     };
     let help = "Tilt of the table, degrees: positive AP raises the head, positive LAT lowers the left side";
-    Arg::new("bed")
-        .long("bed")
+    Arg::new("table")
+        .long("table")
+        // What it was called before.
+        .alias("bed")
         .value_name("AP,LAT")
         .allow_hyphen_values(true)
         .help(help)
@@ -196,7 +198,7 @@ mod tests {
 
     impl Keys for All {
         const KEYS: &'static [&'static str] = &ALL;
-        const BED: bool = true;
+        const TILT: bool = true;
     }
 
     /// Every key of the table.
@@ -221,8 +223,8 @@ mod tests {
         ("scans.supine", &["scans.sitting"]),
         ("scans.landmarks", &["scans.sitting"]),
         ("scans.unit", &["scans.sitting"]),
-        ("bed.ap", &["bed.lat"]),
-        ("bed.lat", &["bed.ap"]),
+        ("table.ap", &["table.lat"]),
+        ("table.lat", &["table.ap"]),
         ("tumour.centre", &["tumour.radius"]),
         ("tumour.radius", &["tumour.centre"]),
         ("tumour.structure", &["tumour.file"]),

@@ -320,6 +320,10 @@ impl Observer for Screen {
         }
     }
 
+    fn note(&self, text: &str) {
+        self.say(&format!("note: {text}"));
+    }
+
     fn found(&self, node: NodeId, text: &str) {
         let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
         if running.last() == Some(&node) {

@@ -291,19 +291,19 @@ def tilted(browser, address, server, window):
     field = page.locator("#angle-bed-ap")
     field.fill("2,5")
     field.press("Enter")
-    window.until("a decimal comma", lambda s: s["case"]["values"].get("bed.ap") == 2.5)
+    window.until("a decimal comma", lambda s: s["case"]["values"].get("table.ap") == 2.5)
     for wrong in ("1.234,5", "5 degrees", "95"):
         field.fill(wrong)
         field.press("Enter")
         assert not field.evaluate("field => field.checkValidity()"), wrong
-    assert window.state()["case"]["values"]["bed.ap"] == 2.5
+    assert window.state()["case"]["values"]["table.ap"] == 2.5
     stopped(server, window)
     changed_by_two(window, second)
     for name, value in (("ap", 7.0), ("lat", 5.0)):
         field = page.locator(f"#angle-bed-{name}")
         field.fill(str(value))
         field.press("Enter")
-    window.until("the table", lambda s: [s["case"]["values"].get(f"bed.{name}") for name in ("ap", "lat")] == [7, 5])
+    window.until("the table", lambda s: [s["case"]["values"].get(f"table.{name}") for name in ("ap", "lat")] == [7, 5])
     assert second.until("the other window", lambda s: True)["revision"] == window.state()["revision"]
     second.close()
     page.get_by_role("button", name="Simulate").click()

@@ -57,7 +57,7 @@ def stopped(server, window):
         window.picture("stopped")
     finally:
         server.send_signal(signal.SIGCONT)
-    window.until("the edit after all", lambda s: s["case"]["values"]["bed.ap"] == 3)
+    window.until("the edit after all", lambda s: s["case"]["values"]["table.ap"] == 3)
     window.comes("the word", lambda: word(window) == "● saved" and not page.locator(".problem").count())
 
 
@@ -70,25 +70,25 @@ def changed_by_two(first, second):
         there.fill(str(theirs))
         there.press("Enter")
         for one in (first, second):
-            one.until("the first", lambda s: s["case"]["values"]["bed.ap"] == theirs)
+            one.until("the first", lambda s: s["case"]["values"]["table.ap"] == theirs)
         here.press("Enter")
         row = second.page.locator(".conflict")
         row.wait_for()
-        assert f"bed, AP: there {theirs}, here 9." in row.inner_text(), row.inner_text()
+        assert f"table, AP: there {theirs}, here 9." in row.inner_text(), row.inner_text()
         assert word(second) == "○ not saved: choose a value", word(second)
         if theirs == 4:
             second.picture("conflict")
         row.get_by_role("button", name=choice).click()
         for one in (first, second):
-            one.until(choice, lambda s: s["case"]["values"]["bed.ap"] == stays)
+            one.until(choice, lambda s: s["case"]["values"]["table.ap"] == stays)
         second.comes("what was chosen", lambda: here.input_value() == str(stays) and word(second) == "● saved")
     # Another value of the same part is no conflict.
     second.page.locator("#angle-bed-lat").fill("6")
     there.fill("2")
     there.press("Enter")
-    second.until("the first", lambda s: s["case"]["values"]["bed.ap"] == 2)
+    second.until("the first", lambda s: s["case"]["values"]["table.ap"] == 2)
     second.page.locator("#angle-bed-lat").press("Enter")
-    first.until("both", lambda s: [s["case"]["values"][f"bed.{name}"] for name in ("ap", "lat")] == [2, 6])
+    first.until("both", lambda s: [s["case"]["values"][f"table.{name}"] for name in ("ap", "lat")] == [2, 6])
     assert not second.page.locator(".conflict").count()
 
 

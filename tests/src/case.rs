@@ -18,7 +18,7 @@ impl Case {
         let mut case = Self { entries: Vec::new() };
         case.set("ct", &toml_string(&ct));
         case.set("breast", "\"left\"");
-        case.set("bed", "{ ap = 7.0, lat = 5.0 }");
+        case.set("table", "{ ap = 7.0, lat = 5.0 }");
         case.set("tumour", "{ centre = [91.37, -248.09, -594.5], radius = 9.0 }");
         case.set("region", "{ centre = [99.0, -236.5, -612.5], radius = 96.0 }");
         case.set("mesh", "{ tetrahedra = 1000, order = 1 }");

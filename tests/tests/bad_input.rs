@@ -182,7 +182,7 @@ fn values_that_cannot_be() {
         ("tumour", "{ centre = [91.37, -248.09, -594.5], radius = -1.0 }", "tumour"),
         ("tumour", "{ centre = [91.37, -248.09, -594.5], radius = 60.0 }", "from 0.5 to 50 mm"),
         ("tumour", "{ centre = [91.37, nan, -594.5], radius = 9.0 }", "tumour"),
-        ("bed", "{ ap = inf, lat = 5.0 }", "bed"),
+        ("table", "{ ap = inf, lat = 5.0 }", "table"),
         ("tissue", "{ young = 0.0 }", "`tissue.young`: 0 is not a number from 0.001"),
         ("tissue", "{ poisson = 0.5 }", "`tissue.poisson`"),
         ("breast", "\"middle\"", "breast"),
@@ -253,7 +253,7 @@ fn files_of_the_single_stages() {
     let not_a_mesh = folder.path().join("mesh.vtu");
     std::fs::write(&not_a_mesh, "<VTKFile type=\"Unstru").unwrap();
     let solve =
-        |mesh: &Path| supine(&[&"solve", &"--mesh", &mesh, &"--bed", &"7,5", &"--out", &out]);
+        |mesh: &Path| supine(&[&"solve", &"--mesh", &mesh, &"--table", &"7,5", &"--out", &out]);
     assert_refused(&solve(&missing), INPUT, &["missing"]);
     assert_refused(&solve(&not_a_mesh), INPUT, &["mesh.vtu"]);
     let said = Outcome::of(
@@ -288,8 +288,8 @@ fn wrong_usage() {
         &["run"][..],
         &["fly"],
         &["solve", "--mesh", "m.vtu", "--out", "d.vtu"],
-        &["solve", "--mesh", "m.vtu", "--bed", "7", "--out", "d.vtu"],
-        &["solve", "--mesh", "m.vtu", "--bed", "7,5", "--sitting", "--out", "d.vtu"],
+        &["solve", "--mesh", "m.vtu", "--table", "7", "--out", "d.vtu"],
+        &["solve", "--mesh", "m.vtu", "--table", "7,5", "--sitting", "--out", "d.vtu"],
         &["solve", "--mesh", "m.vtu", "--sitting", "--young-interval", "2", "--out", "d.vtu"],
         &["mesh", "--labels", "l.nrrd", "--centre", "1,2", "--radius", "9", "--tetrahedra", "9"],
         &["run", "case.toml", "--out", "out", "--until", "lunch"],

@@ -37,7 +37,7 @@ fn nothing(_: &Path) {}
 const GOOD: [&str; 4] = [
     "ct = 'ct'",
     "breast = \"left\"",
-    "bed = { ap = 7.0, lat = 5.0 }",
+    "table = { ap = 7.0, lat = 5.0 }",
     "tumour = { centre = [91.4, -248.1, -594.5], radius = 9.0 }",
 ];
 
@@ -76,7 +76,7 @@ static TRIES: &[Try] = &[
         &["tumour = { centre = [-91.4, 248.1, -594.5], radius = 9.0 }"],
         &["was it given in RAS?"],
     ),
-    case("decimal commas", &["bed = { ap = 7,0, lat = 5,0 }"], &["7.0, not 7,0"]),
+    case("decimal commas", &["table = { ap = 7,0, lat = 5,0 }"], &["7.0, not 7,0"]),
     case(
         "decimal commas in a position",
         &["tumour = { centre = [91,4, -248,1, -594,5], radius = 9.0 }"],
@@ -92,12 +92,12 @@ static TRIES: &[Try] = &[
     case(
         "keys that are missing",
         &["bed =", "tumour ="],
-        &["`bed.ap`, `tumour.centre` are missing", "bed = { ap = 7.0, lat = 5.0 }"],
+        &["`table.ap`, `tumour.centre` are missing", "table = { ap = 7.0, lat = 5.0 }"],
     ),
     case(
         "a tilt out of range",
-        &["bed = { ap = 700.0, lat = 5.0 }"],
-        &["`bed.ap`", "from -90 to 90 degrees"],
+        &["table = { ap = 700.0, lat = 5.0 }"],
+        &["`table.ap`", "from -90 to 90 degrees"],
     ),
     case("a folder that is not there", &["ct = 'scan'"], &["`ct`", "scan"]),
     Try {
@@ -249,8 +249,8 @@ static TRIES: &[Try] = &[
         ..case("no place for the results", &[], &["--out <DIR>"])
     },
     Try {
-        typed: "check case.toml --set bed.app=3",
-        ..case("a typing error behind --set", &[], &["did you mean `bed.ap`?"])
+        typed: "check case.toml --set table.app=3",
+        ..case("a typing error behind --set", &[], &["did you mean `table.ap`?"])
     },
 ];
 
@@ -345,7 +345,7 @@ fn message(one: &Try, said: &Outcome) -> String {
 /// What is typed from a CT with its structure set to the first report.
 const TYPED: [&str; 2] = [
     "supine init ct --structures RS.dcm --tumour GTV",
-    "supine run case.toml --out out --set bed.ap=7 --set bed.lat=5",
+    "supine run case.toml --out out --set table.ap=7 --set table.lat=5",
 ];
 
 /// Types it, and says how much that is.

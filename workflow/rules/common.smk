@@ -27,6 +27,9 @@ def keys_of(schema, path=""):
 with open(own("schemas/case.schema.json"), encoding="utf-8") as file:
     SCHEMA = json.load(file)
 KEYS = dict(keys_of(SCHEMA))
+# What columns were called before.
+FORMER = {key.replace("table.", "bed."): key for key in KEYS if key.startswith("table.")}
+REQUIRED = {*SCHEMA["required"], *(way["oneOf"][0]["required"][0] for way in SCHEMA["allOf"])}
 
 
 def from_table(folder, value):
@@ -45,7 +48,7 @@ def from_table(folder, value):
 
 def check_whole(row):
     """What a row that names no case file lacks, in words."""
-    lacking = [key for key in SCHEMA["required"] if not any(of == key or of.startswith(key + ".") for of in row)]
+    lacking = [key for key in SCHEMA["properties"] if key in REQUIRED and not any(of == key or of.startswith(key + ".") for of in row)]
     return f"it names no case file and no {', '.join(lacking)}" if lacking else ""
 
 
@@ -58,8 +61,9 @@ def read_cases(table):
         # As `supine batch`: semicolons or tabs where the head has those alone.
         others = [one for one in ";\t" if one in head and "," not in head]
         reader = csv.DictReader(file, delimiter=others[0] if others else ",")
+        reader.fieldnames = [FORMER.get(column, column) for column in reader.fieldnames or []]
         rows = list(reader)
-    for column in reader.fieldnames or []:
+    for column in reader.fieldnames:
         if column and column not in (*KEYS, "name", "case"):
             near = difflib.get_close_matches(column, KEYS, 1)
             hint = f"; did you mean {near[0]}?" if near else ""

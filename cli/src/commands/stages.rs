@@ -29,7 +29,7 @@ pub(crate) fn check(args: args::Check, screen: &Screen) -> Result<End, Failure> 
 
 /// What a run would do, in words.
 fn plan(done: &check::CheckDone) -> String {
-    let check::CheckDone { case, ct, tumour, breast, bed_deg: [ap, lat], .. } = done;
+    let check::CheckDone { case, ct, tumour, breast, table_deg: [ap, lat], .. } = done;
     let ([i, j, k], [x, y, z]) = (ct.size, ct.spacing_mm);
     let [tx, ty, tz] = tumour.centre_mm;
     let ends = |tilt: f64, up: &str, down: &str| match tilt {
@@ -122,7 +122,7 @@ pub(crate) fn solve(args: args::Solve, screen: &Screen) -> Result<End, Failure> 
     let target = match gravity {
         Some(Numbers(direction)) => solve::Target::Direction(direction),
         None if sitting => solve::Target::Sitting,
-        None => solve::Target::Bed,
+        None => solve::Target::Table,
     };
     let given = solve::Solve { spec: given.spec, mesh, target, sensitivity, problem, out };
     let done = solve::solve(&given, screen)?;

@@ -4,14 +4,10 @@
 //! are tested against.
 
 use crate::element::Elements;
-use crate::material::NeoHookean;
+use crate::material::{NeoHookean, Nine, PackedGradient, PackedNeoHookean, Triple};
 use crate::pattern::{Block, Pattern};
 use pulp::{Arch, Simd, WithSimd};
 use supine_space::{LANES, Pack, Vector};
-
-/// A vector and a matrix (row by row) of several elements.
-type Triple = [Pack; 3];
-type Nine = [Pack; 9];
 
 /// Several elements; the last ones of a mesh may stand for none, with volume 0.
 #[derive(Clone, Debug)]
@@ -19,8 +15,7 @@ struct Batch<const N: usize, const Q: usize> {
     nodes: [[u32; LANES]; N],
     gradients: [[Triple; N]; Q],
     weights: [Pack; Q],
-    mu: Pack,
-    lambda: Pack,
+    material: PackedNeoHookean,
 }
 
 /// All elements of a body.
@@ -33,17 +28,6 @@ pub(crate) struct Batches<const N: usize, const Q: usize> {
 /// ln J at the quadrature points of all elements, as a step predicted it.
 #[derive(Clone, Debug)]
 pub(crate) struct VolumeStrain<const Q: usize>(Vec<[Pack; Q]>);
-
-/// The state of a quadrature point of several elements.
-struct State {
-    /// grad u.
-    gradient: Nine,
-    /// F^-1, row by row.
-    inverse: Nine,
-    ln_j: Pack,
-    /// λ ln J − μ, kPa.
-    c: Pack,
-}
 
 impl<const N: usize, const Q: usize> Batches<N, Q> {
     /// `elements` of `materials`, in their order.
@@ -65,8 +49,7 @@ impl<const N: usize, const Q: usize> Batches<N, Q> {
                     };
                     Pack(std::array::from_fn(of))
                 }),
-                mu: pack(&|e| materials[e].mu),
-                lambda: pack(&|e| materials[e].lambda),
+                material: PackedNeoHookean::new(own.map(|e| &materials[e])),
             }
         };
         Self { elements: count, batches: (0..count).step_by(LANES).map(batch).collect() }
@@ -208,9 +191,9 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         let mut own = [[Pack::ZERO; 3]; N];
         let mut energy = Pack::ZERO;
         for (gradients, weight) in self.gradients.iter().zip(&self.weights) {
-            let state = self.state(&u, gradients)?;
-            energy += *weight * self.energy(&state);
-            let stress = self.stress(&state, *weight);
+            let state = PackedGradient::new(gradient(&u, gradients))?;
+            energy += *weight * self.material.energy(&state);
+            let stress = self.material.stress(&state, *weight);
             for (force, g) in own.iter_mut().zip(gradients) {
                 for i in 0..3 {
                     force[i] +=
@@ -235,7 +218,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         let (u, step) = (self.gather(u), self.gather(step));
         let mut strain = [Pack::ZERO; Q];
         for (strain, gradients) in strain.iter_mut().zip(&self.gradients) {
-            let state = self.state(&u, gradients)?;
+            let state = PackedGradient::new(gradient(&u, gradients))?;
             let change = gradient(&step, gradients);
             *strain = state.ln_j;
             for i in 0..3 {
@@ -258,92 +241,10 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         let u = self.gather(u);
         blocks.fill([Pack::ZERO; 9]);
         for (q, (gradients, weight)) in self.gradients.iter().zip(&self.weights).enumerate() {
-            let state = self.state(&u, gradients)?;
-            let c = predicted.map_or(state.c, |strain| self.lambda * strain[q] - self.mu);
-            let (mu, c, lambda) = (*weight * self.mu, *weight * c, *weight * self.lambda);
-            let mut h = [[Pack::ZERO; 3]; N];
-            for (h, g) in h.iter_mut().zip(gradients) {
-                for i in 0..3 {
-                    let inverse = &state.inverse;
-                    h[i] = inverse[i] * g[0] + inverse[3 + i] * g[1] + inverse[6 + i] * g[2];
-                }
-            }
-            let mut pair = 0;
-            for a in 0..N {
-                let (by_lambda, by_c) = (h[a].map(|v| v * lambda), h[a].map(|v| v * c));
-                for b in 0..=a {
-                    let (g, k) = (&gradients[a], &gradients[b]);
-                    let own = mu * (g[0] * k[0] + g[1] * k[1] + g[2] * k[2]);
-                    let block = &mut blocks[pair];
-                    pair += 1;
-                    for i in 0..3 {
-                        for k in 0..3 {
-                            block[3 * i + k] += by_lambda[i] * h[b][k] - h[b][i] * by_c[k];
-                        }
-                        block[4 * i] += own;
-                    }
-                }
-            }
+            let state = PackedGradient::new(gradient(&u, gradients))?;
+            let ln_j = predicted.map_or(state.ln_j, |strain| strain[q]);
+            self.material.add_tangent((&state, ln_j), *weight, gradients, blocks);
         }
         Some(())
-    }
-
-    #[inline(always)]
-    fn state(&self, u: &[Triple; N], gradients: &[Triple; N]) -> Option<State> {
-        let h = gradient(u, gradients);
-        let minor = |a: Pack, d: Pack, b: Pack, c: Pack| a * d - b * c;
-        let det = h[0] * minor(h[4], h[8], h[5], h[7]) - h[1] * minor(h[3], h[8], h[5], h[6])
-            + h[2] * minor(h[3], h[7], h[4], h[6]);
-        let minors = minor(h[0], h[4], h[1], h[3])
-            + minor(h[4], h[8], h[5], h[7])
-            + minor(h[0], h[8], h[2], h[6]);
-        let swelling = h[0] + h[4] + h[8] + minors + det;
-        let one = Pack::all(1.0);
-        let j = one + swelling;
-        if !j.all_positive() {
-            return None;
-        }
-        let mut f = h;
-        (0..3).for_each(|i| f[4 * i] += one);
-        let r = one / j;
-        let inverse = [
-            minor(f[4], f[8], f[5], f[7]) * r,
-            minor(f[2], f[7], f[1], f[8]) * r,
-            minor(f[1], f[5], f[2], f[4]) * r,
-            minor(f[5], f[6], f[3], f[8]) * r,
-            minor(f[0], f[8], f[2], f[6]) * r,
-            minor(f[2], f[3], f[0], f[5]) * r,
-            minor(f[3], f[7], f[4], f[6]) * r,
-            minor(f[1], f[6], f[0], f[7]) * r,
-            minor(f[0], f[4], f[1], f[3]) * r,
-        ];
-        let ln_j = swelling.ln_1p();
-        Some(State { gradient: h, inverse, ln_j, c: self.lambda * ln_j - self.mu })
-    }
-
-    /// Ψ, kPa.
-    #[inline(always)]
-    fn energy(&self, state: &State) -> Pack {
-        let h = &state.gradient;
-        let trace = h[0] + h[4] + h[8];
-        let mut squares = Pack::ZERO;
-        h.iter().for_each(|v| squares += *v * *v);
-        let (two, half) = (Pack::all(2.0), Pack::all(0.5));
-        self.mu * (half * (two * trace + squares) - state.ln_j)
-            + half * self.lambda * state.ln_j * state.ln_j
-    }
-
-    /// P times `weight`: μ F + c F^-T.
-    #[inline(always)]
-    fn stress(&self, state: &State, weight: Pack) -> Nine {
-        let (mu, c) = (self.mu * weight, state.c * weight);
-        let mut stress = state.gradient;
-        for i in 0..3 {
-            stress[4 * i] += Pack::all(1.0);
-            for k in 0..3 {
-                stress[3 * i + k] = stress[3 * i + k] * mu + state.inverse[3 * k + i] * c;
-            }
-        }
-        stress
     }
 }

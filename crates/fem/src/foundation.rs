@@ -138,7 +138,7 @@ fn cut_springs_of(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>)
         let of_layer = || {
             let mean = points.iter().map(|p| thickness[p]).sum::<f64>() / 3.0;
             // Where wall and skin meet the layer is not thinner than the mesh can show.
-            FRAC_PI_2 * materials[element].mu / mean.max(area_mm2.sqrt())
+            FRAC_PI_2 * materials[element].shear_kpa() / mean.max(area_mm2.sqrt())
         };
         CutFace { element, own, area_mm2, kpa_mm: kpa_mm.unwrap_or_else(of_layer) }
     };

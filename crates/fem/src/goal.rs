@@ -100,7 +100,7 @@ impl Job<'_> {
             .map_err(|_| Error::Memory { unknowns: newton.unknowns() })?
             .ok_or(Error::Singular)?;
         let theirs = adjoints.each_ref().map(|adjoint| lack(adjoint));
-        let weight = |t: usize| 2.0 * model.materials[t].mu;
+        let weight = |t: usize| 2.0 * model.materials[t].shear_kpa();
         let share = |t: usize| {
             let of_adjoints = theirs.iter().map(|z| z[t] * z[t]).sum::<f64>().sqrt();
             weight(t) * own[t] * of_adjoints

@@ -10,7 +10,7 @@ use crate::analysis::OutOfMemory;
 use crate::element::Elements;
 use crate::foundation::Foundation;
 use crate::krylov::{gmres, norm};
-use crate::material::{Gradient, NeoHookean};
+use crate::material::{Gradient, LoadedState, NeoHookean};
 use crate::model::{Folded, Model};
 use crate::outcome::SolveError;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
@@ -62,12 +62,12 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         let mut residual = vec![Vector::zeros(); y.len()];
         for (e, nodes) in self.loaded.nodes.iter().enumerate() {
             for q in 0..Q {
-                let point = self.point(e, q, y)?;
+                let state = self.state(e, q, y)?;
                 let weight = self.loaded.weights[e][q];
                 for (a, node) in nodes.iter().enumerate() {
-                    let body = self.force * (point.j * self.loaded.values[q][a]);
+                    let body = self.force * (state.j * self.loaded.values[q][a]);
                     residual[*node as usize] +=
-                        (point.stress * self.loaded.gradients[e][q][a] - body) * weight;
+                        (state.stress * self.loaded.gradients[e][q][a] - body) * weight;
                 }
             }
         }
@@ -79,31 +79,21 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
 
     /// Fills `values` with dR/dX.
     ///
-    /// dR_a/dX_b = w [(σ g_a − j λ g_a − j N_a force) t_bᵀ − j μ ((g_a · b g_b) F + (b g_b) t_aᵀ)],
-    /// t_a = Fᵀ g_a.
+    /// See [`crate::material::LoadedTangent`].
     ///
     /// # Errors
     /// When an element of X is turned inside out.
     pub(crate) fn derivative(&self, y: &[Vector], values: &mut [Block]) -> Result<(), Folded> {
         values.fill([0.0; 9]);
         for e in 0..self.loaded.nodes.len() {
-            let NeoHookean { mu, lambda } = self.materials[e];
             let mut blocks = [[Matrix::zeros(); N]; N];
             for q in 0..Q {
-                let Point { f, b, j, stress } = self.point(e, q, y)?;
-                let weight = self.loaded.weights[e][q];
-                let g = &self.loaded.gradients[e][q];
-                let (t, bg) = (g.map(|g| f.tr_mul(&g)), g.map(|g| b * g));
-                let left: [Vector; N] = std::array::from_fn(|a| {
-                    let body = self.force * (j * self.loaded.values[q][a]);
-                    (stress * g[a] - g[a] * (j * lambda) - body) * weight
-                });
-                let shear = weight * j * mu;
+                let state = self.state(e, q, y)?;
+                let body = self.loaded.values[q].map(|value| self.force * (state.j * value));
+                let (weight, g) = (self.loaded.weights[e][q], &self.loaded.gradients[e][q]);
+                let tangent = state.change(weight, g, body);
                 for (a, c) in pairs(N, Storage::Full) {
-                    let block = &mut blocks[a][c];
-                    *block += left[a] * t[c].transpose();
-                    *block -= f * (shear * g[a].dot(&bg[c]));
-                    *block -= bg[c] * (t[a] * shear).transpose();
+                    tangent.add_to(&mut blocks[a][c], a, c);
                 }
             }
             for ((a, c), place) in pairs(N, Storage::Full).zip(self.full.places::<N>(e)) {
@@ -116,13 +106,9 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         Ok(())
     }
 
-    fn point(&self, e: usize, q: usize, y: &[Vector]) -> Result<Point, Folded> {
+    fn state(&self, e: usize, q: usize, y: &[Vector]) -> Result<LoadedState, Folded> {
         let back = Gradient::new(self.loaded.gradient(e, q, y)).ok_or(Folded(e))?;
-        let f = back.inverse_transpose.transpose();
-        let b = f * f.transpose();
-        let NeoHookean { mu, lambda } = self.materials[e];
-        let pressure = Matrix::identity() * (mu + lambda * back.ln_j);
-        Ok(Point { f, b, j: back.j, stress: (b * mu - pressure) * back.j })
+        Ok(self.materials[e].loaded(&back))
     }
 
     /// X − x (mm per node) at which the residual is at most `goal` of the load; `None` when no such
@@ -200,18 +186,6 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         let elements = Elements::new(&rest, self.loaded.nodes.clone()).ok()?;
         Some(Model::new(elements, self.materials.to_vec()).on(self.foundation.cloned()))
     }
-}
-
-/// State of the loaded body at a quadrature point.
-struct Point {
-    /// F = dx/dX.
-    f: Matrix,
-    /// F Fᵀ.
-    b: Matrix,
-    /// det dX/dx.
-    j: f64,
-    /// Cauchy stress, kPa.
-    stress: Matrix,
 }
 
 /// The linear systems of the inverse problem.

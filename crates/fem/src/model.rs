@@ -196,14 +196,11 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 let d = self.deformation(e, q, u)?;
                 let weight = self.elements.weights[e][q];
                 let g = &self.elements.gradients[e][q];
-                let h = g.map(|g| d.inverse_transpose * g);
-                let (mu, c) = (weight * material.mu, weight * material.c(&d));
-                let shifts = material.shift(&d, floor * material.mu);
+                let tangent = material.tangent(&d, weight, g);
+                let shifts = material.shift(&d, floor * material.shear_kpa());
                 for (a, b) in pairs(N, Storage::Lower) {
                     let block = &mut own[a][b];
-                    *block += h[a] * (h[b] * (weight * material.lambda)).transpose();
-                    *block -= h[b] * (h[a] * c).transpose();
-                    *block += Matrix::from_diagonal_element(mu * g[a].dot(&g[b]));
+                    tangent.add_to(block, a, b);
                     for (shift, m) in &shifts {
                         *block += (m * g[a]) * (m * g[b] * (weight * shift)).transpose();
                     }
@@ -225,8 +222,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     }
 
     /// Change of the internal nodal forces (mN) when the displacement changes by `v` (mm) at nodes
-    /// of `elements` alone: ∫ dP grad N_a, dP = μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T, and
-    /// what the springs, linear in u, give for `v`.
+    /// of `elements` alone: ∫ dP grad N_a, and what the springs, linear in u, give for `v`.
     ///
     /// `None` when one of these elements is turned inside out.
     pub(crate) fn slope(
@@ -240,10 +236,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
             let e = e as usize;
             for q in 0..Q {
                 let d = self.deformation(e, q, u)?;
-                let (material, it) = (&self.materials[e], d.inverse_transpose);
-                let df = self.elements.gradient(e, q, v);
-                let stress = df * material.mu - it * df.transpose() * it * material.c(&d)
-                    + it * (material.lambda * it.dot(&df));
+                let stress = self.materials[e].stress_change(&d, &self.elements.gradient(e, q, v));
                 self.add_stress(e, q, &stress, &mut forces);
             }
         }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Edges};
 use supine_space::Progress;
 
-const SOLID: NeoHookean = NeoHookean { mu: 0.21, lambda: 1.89 };
+const SOLID: NeoHookean = NeoHookean::of_lame(0.21, 1.89);
 
 /// Numbers in -1..1 from a fixed seed (linear congruence of Knuth).
 fn noise(count: usize) -> Vec<Vector> {
@@ -51,7 +51,7 @@ fn body<const N: usize, const Q: usize>(springs: bool) -> Body<N, Q> {
         }
     }
     let elements = Elements::new(&positions, element_nodes(&mesh, &edges)).unwrap();
-    let stiffer = |t: usize| NeoHookean { mu: SOLID.mu * (1.0 + 0.1 * (t % 7) as f64), ..SOLID };
+    let stiffer = |t: usize| NeoHookean::of_lame(0.21 * (1.0 + 0.1 * (t % 7) as f64), 1.89);
     let materials: Vec<NeoHookean> = (0..mesh.tets().len()).map(stiffer).collect();
     let foundation = springs.then(|| {
         let cut = tagged(&mesh, |c| {

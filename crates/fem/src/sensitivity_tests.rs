@@ -3,7 +3,7 @@ use crate::test_mesh::block;
 use crate::{RestState, Tissue, solve};
 use proptest::prelude::*;
 use supine_mesh::{Order, TetMesh};
-use supine_space::{BedPose, sitting, supine};
+use supine_space::{TablePose, sitting, supine};
 
 fn rows(mesh: &TetMesh) -> Vec<f64> {
     (0..mesh.tets().len()).map(|t| 2.0 + (t % 5) as f64).collect()
@@ -35,7 +35,7 @@ fn the_derivative_is_that_of_the_displacement() {
     let moduli = rows(&mesh);
     let homogeneous = Body::new(mesh.clone(), tissue);
     let mixed = Body { young_kpa: Some(moduli.clone().into()), ..homogeneous.clone() };
-    let tilt = BedPose { ap_deg: 20.0, lat_deg: -10.0 }.gravity();
+    let tilt = TablePose { ap_deg: 20.0, lat_deg: -10.0 }.gravity();
     for order in [Order::Linear, Order::Quadratic] {
         for rest in [RestState::Net, RestState::Unloaded] {
             let params = Params { order, rest, ..Params::default() };
@@ -130,7 +130,7 @@ fn very_different_moduli_cost_no_accuracy_and_seem_not_unstable() {
             .collect();
         let body =
             Body { young_kpa: Some(moduli.clone().into()), ..Body::new(mesh.clone(), tissue) };
-        let load = Load { ct: supine(), target: BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity() };
+        let load = Load { ct: supine(), target: TablePose { ap_deg: 7.0, lat_deg: 5.0 }.gravity() };
         for order in [Order::Linear, Order::Quadratic] {
             let params = Params { order, tolerance: 1e-9, ..Params::default() };
             let (u, slope, info) = sensitivity(&body, &load, &params, Progress::none()).unwrap();

@@ -2,13 +2,13 @@ use super::*;
 use crate::test_mesh::block;
 use crate::{Cut, RestState, Tissue, sensitivity, solve};
 use supine_mesh::{BoundaryTag, Displacement};
-use supine_space::{BedPose, sitting, supine};
+use supine_space::{TablePose, sitting, supine};
 
 /// Stiff to soft, back, and to where it was before, kPa.
 const PATH: [f64; 7] = [6.0, 4.0, 2.8, 2.2, 3.1, 7.0, 4.0];
 
 fn tilt() -> Vector {
-    BedPose { ap_deg: 9.0, lat_deg: -5.0 }.gravity()
+    TablePose { ap_deg: 9.0, lat_deg: -5.0 }.gravity()
 }
 
 /// A block whose skin is tagged as cut on one side, so that all kinds of cut count.

@@ -5,7 +5,7 @@ use crate::{Body, Cut, Error, Load, Params, RestState, SQUEEZED_DET_F, Tissue, s
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_mesh::{BoundaryTag, Edges, Order, TetMesh};
-use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
+use supine_space::{Point, Progress, TablePose, Vector, sitting, supine};
 
 const BOTH: [Order; 2] = [Order::Linear, Order::Quadratic];
 
@@ -358,7 +358,7 @@ proptest! {
         let order = BOTH[usize::from(quadratic)];
         let rest = if unloaded { RestState::Unloaded } else { RestState::Net };
         let tissue = Tissue { young_kpa, poisson, ..Tissue::default() };
-        let load = to(BedPose { ap_deg, lat_deg }.gravity());
+        let load = to(TablePose { ap_deg, lat_deg }.gravity());
         match solve(&Body::new(mesh.clone(), tissue), &load, &params(order, rest), Progress::none()) {
             Ok((u, info)) => {
                 prop_assert!(info.residual <= 1e-10 && info.min_det_f > 0.0);

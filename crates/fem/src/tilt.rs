@@ -46,7 +46,7 @@ const DEBT: usize = 12;
 pub struct Tilt {
     mesh: Arc<TetMesh>,
     edges: Edges,
-    tissue: Either<Hung<4, 1>, Hung<10, 4>>,
+    tissue: Either<TiltedTissue<4, 1>, TiltedTissue<10, 4>>,
     beside: Background<Tangent>,
 }
 
@@ -95,7 +95,7 @@ impl Tilt {
     /// equilibrium is found under it, or [`Error::Memory`]: gravity and tissue then stay as they
     /// were.
     pub fn turn(&mut self, gravity: &Vector) -> Result<Step, Error> {
-        let ct = either!(&self.tissue, t => t.bed.ct);
+        let ct = either!(&self.tissue, t => t.system.ct);
         Load { ct, target: *gravity }.check()?;
         self.take_renewal();
         let waits = self.beside.is_busy();
@@ -124,9 +124,9 @@ impl Tilt {
         }
         either!(&mut self.tissue, t => {
             t.debt = 0;
-            let (bed, u, spare) = (t.bed.clone(), t.u.clone(), t.spare.take());
+            let (system, u, spare) = (t.system.clone(), t.u.clone(), t.spare.take());
             // Without memory the old factor serves on.
-            self.beside.begin(move || bed.factor(&u, spare).ok().flatten());
+            self.beside.begin(move || system.factor(&u, spare).ok().flatten());
         });
     }
 
@@ -143,7 +143,8 @@ impl Tilt {
     /// # Errors
     /// None is known: it holds a finite vector for every node.
     pub fn deformation(&self) -> Result<Deformation, Error> {
-        let values = either!(&self.tissue, t => t.bed.straight.of(&from_ct(&t.u, &t.bed.to_ct)));
+        let values =
+            either!(&self.tissue, t => t.system.straight.of(&from_ct(&t.u, &t.system.to_ct)));
         deformed(&self.mesh, &self.edges, values)
     }
 }
@@ -155,7 +156,7 @@ impl std::fmt::Debug for Tilt {
 }
 
 /// What does not change while gravity turns.
-struct Bed<const N: usize, const Q: usize> {
+struct System<const N: usize, const Q: usize> {
     model: Model<N, Q>,
     held: Vec<bool>,
     pattern: Arc<Pattern>,
@@ -174,7 +175,7 @@ struct Bed<const N: usize, const Q: usize> {
     max_iterations: usize,
 }
 
-impl<const N: usize, const Q: usize> Bed<N, Q> {
+impl<const N: usize, const Q: usize> System<N, Q> {
     /// Nodal forces under a gravity, mN.
     fn load(&self, gravity: &Vector) -> Vec<Vector> {
         self.model.elements.load(self.held.len(), (gravity - self.borne) * self.weight)
@@ -192,8 +193,8 @@ impl<const N: usize, const Q: usize> Bed<N, Q> {
 }
 
 /// Tissue in equilibrium.
-struct Hung<const N: usize, const Q: usize> {
-    bed: Arc<Bed<N, Q>>,
+struct TiltedTissue<const N: usize, const Q: usize> {
+    system: Arc<System<N, Q>>,
     gravity: Vector,
     /// Displacement from the stress-free shape, mm.
     u: Vec<Vector>,
@@ -206,10 +207,10 @@ struct Hung<const N: usize, const Q: usize> {
     debt: usize,
 }
 
-impl<const N: usize, const Q: usize> Hung<N, Q> {
+impl<const N: usize, const Q: usize> TiltedTissue<N, Q> {
     fn renew(&mut self) -> Result<(), Error> {
         self.debt = 0;
-        if let Some(tangent) = self.bed.factor(&self.u, self.spare.take())? {
+        if let Some(tangent) = self.system.factor(&self.u, self.spare.take())? {
             self.adopt(tangent);
         }
         Ok(())
@@ -222,7 +223,7 @@ impl<const N: usize, const Q: usize> Hung<N, Q> {
     }
 
     fn turn(&mut self, gravity: &Vector) -> Result<Step, Error> {
-        let load = self.bed.load(gravity);
+        let load = self.system.load(gravity);
         let made = match self.corrected(&load) {
             Some((u, made)) => {
                 self.u = u;
@@ -241,15 +242,15 @@ impl<const N: usize, const Q: usize> Hung<N, Q> {
     /// The displacement under `load` by the linear response and corrections; `None` when they do
     /// not reach it.
     fn corrected(&mut self, load: &[Vector]) -> Option<(Vec<Vector>, Step)> {
-        let bed = &self.bed;
+        let system = &self.system;
         let mut u = self.u.clone();
         self.memory.rest();
         let mut next = |u: &mut Vec<Vector>| {
-            let (_, mut forces) = bed.model.evaluate(u)?;
+            let (_, mut forces) = system.model.evaluate(u)?;
             forces.iter_mut().zip(load).for_each(|(force, load)| *force -= load);
-            let residual = bed.pattern.gather(&forces);
+            let residual = system.pattern.gather(&forces);
             let step = self.memory.step(residual, |x| self.tangent.apply_factor(x))?;
-            bed.pattern.add_to(u, &step);
+            system.pattern.add_to(u, &step);
             Some(largest(&step))
         };
         let [least, greatest] = LEFT;
@@ -277,15 +278,16 @@ impl<const N: usize, const Q: usize> Hung<N, Q> {
 
     /// Goes to the equilibrium under `load` by Newton's method.
     fn by_newton(&mut self, load: &[Vector]) -> Result<Step, Error> {
-        let bed = &self.bed;
-        let tangent = Tangent::new(&bed.pattern)
-            .map_err(|_| Error::Memory { unknowns: bed.pattern.unknowns() })?;
-        let at_ct = bed.load(&bed.ct);
-        let mut newton = Newton::new(&bed.model, tangent, &bed.held, bed.norm, bed.max_iterations);
-        let known = KnownEquilibrium { u: &bed.to_ct, load: &at_ct };
+        let system = &self.system;
+        let tangent = Tangent::new(&system.pattern)
+            .map_err(|_| Error::Memory { unknowns: system.pattern.unknowns() })?;
+        let at_ct = system.load(&system.ct);
+        let mut newton =
+            Newton::new(&system.model, tangent, &system.held, system.norm, system.max_iterations);
+        let known = KnownEquilibrium { u: &system.to_ct, load: &at_ct };
         let found = newton
-            .resumed(load, Some(self.u.clone()), known, bed.tolerance, Progress::none())
-            .map_err(|halt| newton.failed(halt, bed.tolerance))?;
+            .resumed(load, Some(self.u.clone()), known, system.tolerance, Progress::none())
+            .map_err(|halt| newton.failed(halt, system.tolerance))?;
         let corrections = newton.effort.iterations;
         self.u = found.u;
         Ok(Step { corrections, error_mm: 0.0, by_newton: true })
@@ -297,12 +299,12 @@ impl Job<'_> {
     fn hang<const N: usize, const Q: usize>(
         &self,
         progress: Progress<'_>,
-    ) -> Result<(Hung<N, Q>, Info), Error> {
+    ) -> Result<(TiltedTissue<N, Q>, Info), Error> {
         let discretisation = Discretisation::new(self)?;
         let settled = self.settle(&discretisation, &mut WarmStart::nothing(), progress)?;
         let LoadedBody { model, to_ct, u, mut info, .. } = settled;
         self.warn::<N>(&discretisation.positions, &from_ct(&u, &to_ct), &mut info);
-        let bed = Bed {
+        let system = System {
             norm: self.gravity_norm(&model, u.len()),
             model,
             held: discretisation.held,
@@ -315,9 +317,9 @@ impl Job<'_> {
             tolerance: self.params.tolerance,
             max_iterations: self.params.max_iterations,
         };
-        let tangent = bed.factor(&u, None)?.ok_or(Error::Singular)?;
-        let hung = Hung {
-            bed: Arc::new(bed),
+        let tangent = system.factor(&u, None)?.ok_or(Error::Singular)?;
+        let hung = TiltedTissue {
+            system: Arc::new(system),
             gravity: self.load.target,
             u,
             tangent,

@@ -2,7 +2,7 @@ use super::*;
 use crate::test_mesh::{block, tagged};
 use crate::{Cut, RestState, Tissue, solve};
 use supine_mesh::{BoundaryTag, Displacement};
-use supine_space::{BedPose, Point, supine};
+use supine_space::{Point, TablePose, supine};
 
 /// What is promised of a node, mm.
 const CLOSE_MM: f64 = 0.01;
@@ -22,7 +22,7 @@ const PATH: [(f64, f64); 10] = [
 ];
 
 fn gravity((ap_deg, lat_deg): (f64, f64)) -> Vector {
-    BedPose { ap_deg, lat_deg }.gravity()
+    TablePose { ap_deg, lat_deg }.gravity()
 }
 
 /// A block of 162 tetrahedra on its wall, cut at two sides.

@@ -37,7 +37,7 @@ fn mesh(order: Order) -> Arc<TetMesh> {
 
 /// Sitting shifts the tissue by 9 mm, into the applicator.
 fn target(order: Order) -> Vector {
-    let tilted = supine_space::BedPose { ap_deg: 12.0, lat_deg: 8.0 };
+    let tilted = supine_space::TablePose { ap_deg: 12.0, lat_deg: 8.0 };
     if order == Order::Linear { sitting() } else { tilted.gravity() }
 }
 

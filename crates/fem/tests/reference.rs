@@ -14,7 +14,7 @@ use supine_fem::{
     Tissue, sensitivity, solve, unload,
 };
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
-use supine_space::{BedPose, Point, Pose, Progress, Vector, sitting, supine};
+use supine_space::{Point, Pose, Progress, TablePose, Vector, sitting, supine};
 
 /// Largest nodal difference where the problem is well conditioned, mm.
 const CLOSE_MM: f64 = 1e-8;
@@ -82,7 +82,7 @@ fn largest_difference(a: &[Vector], b: &[Vector]) -> f64 {
 }
 
 fn tilt() -> Vector {
-    BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity()
+    TablePose { ap_deg: 7.0, lat_deg: 5.0 }.gravity()
 }
 
 const BOTH: [Case; 2] =

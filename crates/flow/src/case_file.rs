@@ -178,8 +178,8 @@ mod tests {
         let mut case = CaseFile::open(&path).unwrap();
         let on_disk = || std::fs::read_to_string(&path).unwrap();
         assert_eq!(case.can_undo_redo(), [false, false]);
-        let spec = case.edit(&change("bed.ap", json!(-3.5))).unwrap();
-        assert_eq!(spec.case().unwrap().bed().unwrap().ap_deg, -3.5);
+        let spec = case.edit(&change("table.ap", json!(-3.5))).unwrap();
+        assert_eq!(spec.case().unwrap().table_pose().unwrap().ap_deg, -3.5);
         assert_eq!(on_disk(), TEXT.replace("ap = 7", "ap = -3.5"));
         case.edit(&change("breast", json!("left"))).unwrap();
         // The same again is no change.
@@ -191,7 +191,7 @@ mod tests {
         case.redo().unwrap().unwrap();
         assert_eq!(on_disk(), TEXT.replace("ap = 7", "ap = -3.5"));
         // A new change ends what could be made again.
-        case.edit(&change("bed.lat", json!(1.0))).unwrap();
+        case.edit(&change("table.lat", json!(1.0))).unwrap();
         assert_eq!(case.can_undo_redo(), [true, false]);
     }
 
@@ -202,20 +202,23 @@ mod tests {
         std::fs::write(&path, TEXT).unwrap();
         let mut case = CaseFile::open(&path).unwrap();
         for (key, value) in
-            [("bed.ap", json!(700)), ("no.such", json!(1)), ("tissue.fat", json!(1.0))]
+            [("table.ap", json!(700)), ("no.such", json!(1)), ("tissue.fat", json!(1.0))]
         {
             assert!(case.edit(&change(key, value)).is_err(), "{key}");
         }
         assert_eq!((case.text(), case.can_undo_redo()), (TEXT, [false, false]));
         let theirs = TEXT.replace("lat = 5.0", "lat = 6.0");
         std::fs::write(&path, &theirs).unwrap();
-        let error = case.edit(&change("bed.ap", json!(1.0))).unwrap_err();
+        let error = case.edit(&change("table.ap", json!(1.0))).unwrap_err();
         assert!(matches!(error, Error::CaseChanged { .. }), "{error}");
         assert_eq!((std::fs::read_to_string(&path).unwrap(), case.text()), (theirs.clone(), TEXT));
         // What they wrote is taken over, can be changed, and taken back.
-        assert_eq!(case.reread().unwrap().unwrap().case().unwrap().bed().unwrap().lat_deg, 6.0);
+        assert_eq!(
+            case.reread().unwrap().unwrap().case().unwrap().table_pose().unwrap().lat_deg,
+            6.0
+        );
         assert!(case.reread().unwrap().is_none());
-        case.edit(&change("bed.ap", json!(1.0))).unwrap();
+        case.edit(&change("table.ap", json!(1.0))).unwrap();
         case.undo().unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), theirs);
         std::fs::write(&path, "no case").unwrap();
@@ -226,7 +229,7 @@ mod tests {
     fn the_paths_of_a_case_lead_to_the_same_files_from_another_folder() {
         let [dir, other] = [0, 1].map(|_| tempfile::tempdir().unwrap());
         let mut case = CaseFile::new(TEXT.into(), dir.path().into());
-        case.edit(&change("bed.ap", json!(1.0))).unwrap();
+        case.edit(&change("table.ap", json!(1.0))).unwrap();
         let path = other.path().join("case.toml");
         case.save_as(&path).unwrap();
         let ct = |spec: Spec| spec.case().unwrap().ct().unwrap().to_path_buf();

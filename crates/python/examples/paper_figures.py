@@ -115,7 +115,7 @@ def main() -> None:
     session = supine.Session(
         ct=given.ct,
         breast="left",
-        bed={"ap": 7.0, "lat": 5.0},
+        table={"ap": 7.0, "lat": 5.0},
         tumour={"centre": TUMOUR, "radius": 9.0},
         mesh={"tetrahedra": given.tetrahedra},
         threads=given.threads,

@@ -24,10 +24,10 @@ def in_one_session(ct: Path) -> float:
     """Prints the tumour's way for each tilt; the seconds that all of them took."""
     begun = time.perf_counter()
     session = supine.Session(
-        ct=ct, breast="left", bed={"ap": 0.0, "lat": 0.0}, tumour={"centre": TUMOUR, "radius": 9.0}
+        ct=ct, breast="left", table={"ap": 0.0, "lat": 0.0}, tumour={"centre": TUMOUR, "radius": 9.0}
     )
     for ap, lat in TILTS:
-        session.set(bed={"ap": ap, "lat": lat})
+        session.set(table={"ap": ap, "lat": lat})
         x, y, z = session.movement.displacement
         print(f"AP {ap:+5.0f}, LAT {lat:+5.0f} degrees: {x:+6.2f} {y:+6.2f} {z:+6.2f} mm")
     return time.perf_counter() - begun
@@ -45,7 +45,7 @@ def by_the_command_line(binary: str, ct: Path, runs: int) -> float:
         begun = time.perf_counter()
         for run, (ap, lat) in enumerate(TILTS[:runs]):
             command: list[str | Path] = [binary, "run", case, "--out", Path(folder) / str(run)]
-            command += ["--until", "points", "--set", f"bed={{ap={ap},lat={lat}}}", "--quiet"]
+            command += ["--until", "points", "--set", f"table={{ap={ap},lat={lat}}}", "--quiet"]
             subprocess.run(command, check=True)
         return (time.perf_counter() - begun) / runs
 

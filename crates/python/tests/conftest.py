@@ -54,7 +54,7 @@ def values(folder: Path) -> dict[str, Any]:
     return {
         "ct": folder / "ct",
         "breast": "left",
-        "bed": {"ap": 7.0, "lat": 5.0},
+        "table": {"ap": 7.0, "lat": 5.0},
         "tumour": {"centre": (91.37, -248.09, -594.5), "radius": 9.0},
         "region": {"centre": (91.0, -235.0, -594.5), "radius": 45.0},
         "mesh": {"tetrahedra": 500, "order": 1},

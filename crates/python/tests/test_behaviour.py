@@ -25,9 +25,9 @@ import supine
     ("change", "code", "place", "words"),
     [
         ({"brest": "left"}, "case-key-unknown", {}, "did you mean `breast`?"),
-        ({"bed": {"app": 1.0}}, "case-key-unknown", {}, "did you mean `bed.ap`?"),
-        ({"bed": {"ap": "steep"}}, "case-value", {"key": "bed.ap"}, "steep"),
-        ({"bed": {"ap": 700.0}}, "case-value", {"key": "bed.ap"}, "700"),
+        ({"table": {"app": 1.0}}, "case-key-unknown", {}, "did you mean `table.ap`?"),
+        ({"table": {"ap": "steep"}}, "case-value", {"key": "table.ap"}, "steep"),
+        ({"table": {"ap": 700.0}}, "case-value", {"key": "table.ap"}, "700"),
         ({"breast": "lft"}, "case-value", {"key": "breast"}, "lft"),
     ],
 )
@@ -44,7 +44,7 @@ def test_a_refused_change_changes_nothing(values: dict[str, Any]) -> None:
     session = supine.Session(**values)
     before = session.case
     with pytest.raises(supine.SupineError):
-        session.set(bed={"ap": 3.0, "lat": 1e9})
+        session.set(table={"ap": 3.0, "lat": 1e9})
     assert session.case == before
 
 
@@ -121,7 +121,7 @@ import supine
 warnings.simplefilter("ignore")
 # A job in the background is started with Ctrl-C ignored, and Python leaves it so.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-session = supine.Session(ct=sys.argv[1], breast="left", bed={"ap": 7, "lat": 5},
+session = supine.Session(ct=sys.argv[1], breast="left", table={"ap": 7, "lat": 5},
     tumour={"centre": (91.37, -248.09, -594.5), "radius": 9}, mesh={"tetrahedra": int(sys.argv[3])})
 begun = []
 def progress(stage, share):
@@ -168,7 +168,7 @@ def test_python_goes_on_meanwhile_and_sessions_are_their_own(values: dict[str, A
     ticks, done = 0, threading.Event()
 
     def work(ap: float) -> tuple[float, ...]:
-        return supine.Session(**{**values, "bed": {"ap": ap, "lat": 5.0}}, threads=1).movement.after
+        return supine.Session(**{**values, "table": {"ap": ap, "lat": 5.0}}, threads=1).movement.after
 
     def count() -> None:
         nonlocal ticks

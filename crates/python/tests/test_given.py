@@ -64,9 +64,9 @@ def test_volumes_lie_where_sequences_of_any_kind_say(values: dict[str, Any], ses
 @pytest.mark.parametrize(
     ("change", "key"),
     [
-        ({"bed": {"ap": float("nan")}}, "bed.ap"),
-        ({"bed": {"ap": np.float32("inf")}}, "bed.ap"),
-        ({"bed": {"ap": 10**400}}, "bed.ap"),
+        ({"table": {"ap": float("nan")}}, "table.ap"),
+        ({"table": {"ap": np.float32("inf")}}, "table.ap"),
+        ({"table": {"ap": 10**400}}, "table.ap"),
         ({"tumour": {"centre": (1.0, float("inf"), 3.0)}}, "tumour.centre"),
         ({"tumour": {"centre": np.array([1.0, np.nan, 3.0])}}, "tumour.centre"),
         ({"seeds": {"chest_wall": np.full((2, 3), np.nan)}}, "seeds.chest_wall"),
@@ -160,20 +160,20 @@ def test_a_slip_in_a_name_is_told_with_what_was_meant(session: supine.Session) -
 def test_a_case_is_changed_by_its_session_alone(session: supine.Session) -> None:
     case: Any = session.case
     for change in (
-        lambda: case.__setitem__("bed", 3),
-        lambda: case["bed"].__setitem__("app", 3),
-        lambda: case["bed"].update(ap=3),
-        lambda: case.__delitem__("bed"),
-        lambda: setattr(case, "bed", 3),
+        lambda: case.__setitem__("table", 3),
+        lambda: case["table"].__setitem__("app", 3),
+        lambda: case["table"].update(ap=3),
+        lambda: case.__delitem__("table"),
+        lambda: setattr(case, "table", 3),
     ):
         with pytest.raises(TypeError, match=r"by session.set\(...\)"):
             change()
-    with pytest.raises(AttributeError, match=r"write case\['bed'\]"):
-        case.bed.app = 3
-    with pytest.raises(AttributeError, match="did you mean `bed`"):
+    with pytest.raises(AttributeError, match=r"write case\['table'\]"):
+        case.table.app = 3
+    with pytest.raises(AttributeError, match="did you mean `table`"):
         case.bde
     for own in (copy.deepcopy(case), pickle.loads(pickle.dumps(case))):
-        own["bed"]["ap"] = 3
+        own["table"]["ap"] = 3
         assert own != case and type(own) is dict
     assert supine.Session(**case).case == case
 

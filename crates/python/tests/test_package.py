@@ -124,7 +124,7 @@ WRONG = """
 import supine
 session = supine.Session(breast="lft")
 session.mesh.points + "a"
-supine.Session(bed={"app": 1.0})
+supine.Session(table={"app": 1.0})
 """
 
 

@@ -122,11 +122,11 @@ def test_the_same_bytes_as_the_command_line(
 def test_a_changed_session_equals_a_new_one(values: dict[str, Any]) -> None:
     session = supine.Session(**values)
     before = session.deformed_ct.array
-    stale = session.set(bed={"ap": 20.0})
+    stale = session.set(table={"ap": 20.0})
     assert "solve" in stale and "segment" not in stale and "mesh" not in stale
-    assert session.case["bed"] == {"ap": 20.0, "lat": 5.0}
+    assert session.case["table"] == {"ap": 20.0, "lat": 5.0}
     after = session.deformed_ct.array
-    anew = supine.Session(**{**values, "bed": {"ap": 20.0, "lat": 5.0}})
+    anew = supine.Session(**{**values, "table": {"ap": 20.0, "lat": 5.0}})
     assert np.array_equal(after, anew.deformed_ct.array)
     assert not np.array_equal(after, before)
     assert session.movement == anew.movement

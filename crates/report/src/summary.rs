@@ -129,14 +129,15 @@ pub struct Position {
     /// The patient's side: `left` or `right`.
     pub breast: String,
     /// The operating table.
-    pub bed: Bed,
+    #[serde(rename = "bed")]
+    pub table: TablePosition,
     /// The tumour in the CT; `None` when the case names none.
     pub tumour: Option<SphereRecord>,
 }
 
 /// The tilt of the operating table.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Bed {
+pub struct TablePosition {
     /// Head-up angle, degrees: positive raises the head.
     pub ap_deg: f64,
     /// Sideways angle, degrees: positive lowers the patient's left side.

@@ -36,18 +36,18 @@ impl Table {
 /// What a planner must know.
 pub(crate) fn key(s: &Summary) -> Table {
     let mut t = Table::facts("At a glance");
-    let bed = &s.position.bed;
+    let position = &s.position.table;
     t.row(
         "Operating table",
         format!(
             "AP {}°: {}; LAT {}°: {}",
-            fixed(bed.ap_deg, 1),
-            turned(bed.ap_deg, "head raised", "head lowered"),
-            fixed(bed.lat_deg, 1),
-            turned(bed.lat_deg, "patient's left side lowered", "patient's right side lowered"),
+            fixed(position.ap_deg, 1),
+            turned(position.ap_deg, "head raised", "head lowered"),
+            fixed(position.lat_deg, 1),
+            turned(position.lat_deg, "patient's left side lowered", "patient's right side lowered"),
         ),
     );
-    t.row("Gravity, LPS", triple(bed.gravity, 3));
+    t.row("Gravity, LPS", triple(position.gravity, 3));
     if let Some(m) = &s.tumour {
         t.row("Tumour moves", moves(m));
         t.row("Tumour, before", place(m.before_mm));
@@ -132,11 +132,11 @@ pub(crate) fn stages(s: &Summary) -> Vec<Table> {
 
 fn position(s: &Summary) -> Table {
     let mut t = Table::facts("Position");
-    let bed = &s.position.bed;
-    t.row("Table, AP", format!("{}° (positive raises the head)", fixed(bed.ap_deg, 1)));
-    let lat = fixed(bed.lat_deg, 1);
+    let position = &s.position.table;
+    t.row("Table, AP", format!("{}° (positive raises the head)", fixed(position.ap_deg, 1)));
+    let lat = fixed(position.lat_deg, 1);
     t.row("Table, LAT", format!("{lat}° (positive lowers the patient's left side)"));
-    t.row("Gravity, LPS", triple(bed.gravity, 4));
+    t.row("Gravity, LPS", triple(position.gravity, 4));
     if let Some(b) = &s.position.tumour {
         t.row("Tumour radius", format!("{} mm", fixed(b.radius_mm, 1)));
     }

@@ -183,8 +183,8 @@ pub fn held(summary: &Summary) -> bool {
 
 /// Whether the operating table lies as the scanner's.
 fn level(summary: &Summary) -> bool {
-    let bed = &summary.position.bed;
-    bed.ap_deg == 0.0 && bed.lat_deg == 0.0
+    let table = &summary.position.table;
+    table.ap_deg == 0.0 && table.lat_deg == 0.0
 }
 
 /// What is not known of the tissue, and whether the tumour's place is known well enough.
@@ -482,7 +482,7 @@ mod tests {
     fn a_level_table_moves_nothing_and_nothing_is_wrong() {
         let mut summary = sound();
         summary.tumour = Some(Movement::new([40.0, -30.0, 10.0], [40.0, -30.0, 10.0]));
-        (summary.position.bed.ap_deg, summary.position.bed.lat_deg) = (0.0, 0.0);
+        (summary.position.table.ap_deg, summary.position.table.lat_deg) = (0.0, 0.0);
         let found = verdict(&summary, 2.0);
         assert_eq!(
             (found.colour, codes(&summary)),

@@ -25,10 +25,10 @@ pub(crate) mod flag {
 const DEPTH_PER_MM: f32 = 10.0;
 const DEPTH_MM: f32 = 25.5;
 
-/// A metal device under the skin.
+/// A dense object: a metal device under the skin, or what lies on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Device {
-    /// Its volume with its streaks, ml.
+    /// Its volume, that of a device with its streaks, ml.
     pub ml: f64,
     /// Its middle, LPS, mm.
     pub middle: Point,
@@ -48,6 +48,8 @@ pub(crate) struct Body {
     pub(crate) truncated: Vec<bool>,
     /// Volume of dense objects taken off the skin, cm³.
     pub(crate) foreign_cm3: f64,
+    /// The larger of these, largest first.
+    pub(crate) left_off: Vec<Device>,
     /// Volume of the implants, ml.
     pub(crate) implant_ml: f64,
     /// Metal devices under the skin.
@@ -64,6 +66,7 @@ impl Body {
             lung_l,
             truncated: vec![false; frame.size[2]],
             foreign_cm3: 0.0,
+            left_off: Vec::new(),
             implant_ml: 0.0,
             devices: Vec::new(),
         };

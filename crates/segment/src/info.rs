@@ -28,6 +28,8 @@ pub struct Info {
     pub truncated_share: f64,
     /// Volume of dense objects (bra wire, clasp) taken off the skin, cm³.
     pub foreign_cm3: f64,
+    /// The larger ones of metal and gel among these, largest first.
+    pub left_off: Vec<Device>,
     /// Volume of breast implants, ml.
     pub implant_ml: f64,
     /// Metal devices under the skin in front.
@@ -73,6 +75,7 @@ pub(crate) fn info(
         lung_l: body.lung_l,
         truncated_share: truncated as f64 / body.truncated.len() as f64,
         foreign_cm3: body.foreign_cm3,
+        left_off: body.left_off.clone(),
         implant_ml: body.implant_ml,
         devices: body.devices.clone(),
         edge_share: f64::from(front.iter().sum::<f32>()) / front.len().max(1) as f64,
@@ -82,6 +85,7 @@ pub(crate) fn info(
     };
     info.checks = checks(&info);
     info.warnings = warnings(&info, truncated);
+    info.warnings.extend(left_off(&info.left_off));
     info
 }
 
@@ -180,4 +184,27 @@ fn warnings(info: &Info, truncated: usize) -> Vec<Warning> {
         );
     }
     out
+}
+
+/// How many places of what was left out are named.
+const PLACES: usize = 4;
+
+/// What was taken for an object on the skin: were it a device under it, the patient would have a
+/// hole there.
+fn left_off(objects: &[Device]) -> Option<Warning> {
+    let first = objects.first()?;
+    let ml: f64 = objects.iter().map(|one| one.ml).sum();
+    let place = |Device { ml, middle: at }: &Device| {
+        format!("{ml:.1} ml at {:.0} {:.0} {:.0} mm", at.x, at.y, at.z)
+    };
+    let mut places: Vec<String> = objects.iter().take(PLACES).map(place).collect();
+    if objects.len() > PLACES {
+        places.push(format!("{} smaller ones", objects.len() - PLACES));
+    }
+    let text = format!(
+        "metal, gel or plastic that lies on the skin is left out of the patient: {}; look whether it lies on the skin there, \
+         and not under it",
+        places.join(", ")
+    );
+    Some(Warning::new("object-on-skin", text).at(&first.middle).value("volume_ml", ml))
 }

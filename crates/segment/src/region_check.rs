@@ -213,7 +213,8 @@ fn uneven(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Option<Warning> {
     checks.push(QualityCheck::at_least(what, percent, "%").warns(warns).refuses(refuses));
     let text = format!(
         "the soft tissue of the {side} side has only {percent:.0} % of the thickness of the other breast, as after an operation \
-         that took much of the breast: check the side, and look at the region"
+         that took much of the breast, or where gland is taken for chest wall: check the side, and look at the region and at the \
+         boundary of the chest wall"
     );
     (percent < warns).then(|| Warning::new("uneven-breasts", text).value("percent", percent))
 }

@@ -19,14 +19,14 @@ pub fn sitting() -> Vector {
 ///
 /// Positive AP raises the head, positive LAT lowers the patient's left side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BedPose {
+pub struct TablePose {
     /// Head-up angle, degrees.
     pub ap_deg: f64,
     /// Left-side-down angle, degrees.
     pub lat_deg: f64,
 }
 
-impl BedPose {
+impl TablePose {
     /// Gravity in the patient's frame on the tilted table; unit vector, LPS.
     ///
     /// (sin LAT cos AP, cos LAT cos AP, -sin AP). The table turns, the patient's frame does not.
@@ -42,13 +42,13 @@ mod tests {
 
     #[test]
     fn level_table_is_supine_and_upright_table_is_sitting() {
-        assert!((BedPose { ap_deg: 0.0, lat_deg: 0.0 }.gravity() - supine()).norm() < 1e-15);
-        assert!((BedPose { ap_deg: 90.0, lat_deg: 0.0 }.gravity() - sitting()).norm() < 1e-15);
+        assert!((TablePose { ap_deg: 0.0, lat_deg: 0.0 }.gravity() - supine()).norm() < 1e-15);
+        assert!((TablePose { ap_deg: 90.0, lat_deg: 0.0 }.gravity() - sitting()).norm() < 1e-15);
     }
 
     #[test]
     fn positive_lat_pulls_to_the_left() {
-        let g = BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity();
+        let g = TablePose { ap_deg: 7.0, lat_deg: 5.0 }.gravity();
         assert!((g - Vector::new(0.086506, 0.988769, -0.121869)).norm() < 1e-6, "{g}");
         assert!((g.norm() - 1.0).abs() < 1e-15);
     }

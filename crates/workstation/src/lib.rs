@@ -9,7 +9,7 @@
 //! named before it in its row and those of the rows below:
 //!
 //! - `server`: `guard`, `doors`, `browser`, `app`, `link`, `routes`
-//! - `workers`: `reporter`, `objects`, `bed`, `live`, `jobs`, `edit`, `carry`, `file_watch`, `run`,
+//! - `workers`: `reporter`, `objects`, `tilt`, `live`, `jobs`, `edit`, `carry`, `file_watch`, `run`,
 //!   `open`, `send`, `picture`, `patient`
 //! - the store behind its lock: `workspace`
 //! - what the page is told: `store/state`

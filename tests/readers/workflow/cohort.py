@@ -17,7 +17,7 @@ VOXELS = 44 * 256 * 256
 # A small sphere with few linear tetrahedra: seconds on one core.
 CASE = {
     "breast": '"left"',
-    "bed": "{ ap = 7.0, lat = 5.0 }",
+    "table": "{ ap = 7.0, lat = 5.0 }",
     "tumour": "{ centre = [91.37, -248.09, -594.5], radius = 9.0 }",
     "region": "{ centre = [91.0, -235.0, -594.5], radius = 45.0 }",
     "mesh": "{ tetrahedra = 500, order = 1 }",
@@ -67,7 +67,7 @@ class Cohort:
         (self.folder / name).mkdir(exist_ok=True)
         write_case(self.folder / name, self.ct, changes)
         self.rows[name] = f"{name},{name}/case.toml,{ap}\n"
-        (self.folder / "cases.csv").write_text("name,case,bed.ap\n" + "".join(self.rows.values()))
+        (self.folder / "cases.csv").write_text("name,case,table.ap\n" + "".join(self.rows.values()))
         if plan:
             (self.folder / "plan" / name).write_text(plan)
 

@@ -119,7 +119,7 @@ def test_paths_in_a_table_lead_from_its_folder(cohort):
 
 
 def test_a_table_whose_columns_say_all_needs_no_case_file(cohort):
-    head = "name;ct;breast;bed.ap;bed.lat;tumour.centre;tumour.radius;region.centre;region.radius;mesh.tetrahedra;mesh.order"
+    head = "name;ct;breast;bed.ap;table.lat;tumour.centre;tumour.radius;region.centre;region.radius;mesh.tetrahedra;mesh.order"
     rest = "left;7;5;91.37,-248.09,-594.5;9;91.0,-235.0,-594.5;45;500;1"
     os.symlink(cohort.ct, cohort.folder / "first")
     (cohort.folder / "cases.csv").write_text(f"{head}\nwhole;first;{rest}\ngone;second;{rest}\n")
@@ -134,10 +134,10 @@ def test_a_table_whose_columns_say_all_needs_no_case_file(cohort):
 
 def test_a_table_that_cannot_be_used_is_said_before_anything_runs(cohort):
     for header, row, why in (
-        ("name,ct", "a,ct", "line 2: a cannot be run: it names no case file and no breast, bed, tumour"),
+        ("name,ct", "a,ct", "line 2: a cannot be run: it names no case file and no breast, table, tumour"),
         ("name,case", "a/b,x.toml", "no name of a folder"),
         ("name,case", "a,x.toml\na,y.toml", "twice"),
-        ("name,case,bed.app", "a,x.toml,5", "'bed.app' is no key of a case file; did you mean bed.ap?"),
+        ("name,case,table.app", "a,x.toml,5", "'table.app' is no key of a case file; did you mean table.ap?"),
     ):
         (cohort.folder / "cases.csv").write_text(f"{header}\n{row}\n")
         done = cohort.snakemake("--dry-run")

@@ -28,7 +28,7 @@ fn name(out: &Path) -> String {
 fn runs_on_other_tables_are_told_apart_and_bear_the_time_of_the_run() {
     let scratch = scratch();
     let out = scratch.path().join("out");
-    let case = Case::small().with("bed", "{ ap = 9.0, lat = 5.0 }").write(scratch.path());
+    let case = Case::small().with("table", "{ ap = 9.0, lat = 5.0 }").write(scratch.path());
     shared().begin(&out);
     run(&case, &out, 2).success("supine run");
     let runs = [shared().out.as_path(), &out];

@@ -67,7 +67,7 @@ fn stages_by_hand_are_those_of_the_run() {
         &"solve",
         &"--mesh",
         &mesh,
-        &format!("--bed={},{}", case["bed"]["ap"], case["bed"]["lat"]),
+        &format!("--table={},{}", case["table"]["ap"], case["table"]["lat"]),
         &format!("--young={}", tissue["young"]),
         &format!("--rest={}", word("rest")),
         &format!("--order={}", case["mesh"]["order"]),
@@ -83,16 +83,16 @@ fn a_tilt_that_no_table_has_is_refused_in_the_same_words_everywhere() {
     let folder = scratch();
     let out = folder.path().join("deformed.vtu");
     let mesh = shared().out.join("mesh/rest.vtu");
-    let solve = supine(&[&"solve", &"--mesh", &mesh, &"--bed", &"900,5", &"--out", &out]);
+    let solve = supine(&[&"solve", &"--mesh", &mesh, &"--table", &"900,5", &"--out", &out]);
     let run = supine(&[
         &"run",
         &shared().case,
         &"--set",
-        &"bed.ap=900",
+        &"table.ap=900",
         &"--out",
         &folder.path().join("out"),
     ]);
-    let words = "`bed.ap`: 900 is not a number from -90 to 90 degrees";
+    let words = "`table.ap`: 900 is not a number from -90 to 90 degrees";
     assert!(solve.stderr.contains(words) && run.stderr.contains(words), "{solve:?} {run:?}");
     assert_eq!((solve.code, run.code), (Some(2), Some(1)));
     assert!(!out.exists() && !folder.path().join("out").exists(), "nothing was begun");

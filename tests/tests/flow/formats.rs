@@ -37,7 +37,7 @@ fn what_the_modulus_decides_is_told_and_written() {
             &"solve",
             &"--mesh",
             &mesh,
-            &"--bed",
+            &"--table",
             &"7,5",
             &"--order",
             &"1",
@@ -83,7 +83,7 @@ fn calculix_solves_the_problem_as_we_do() {
             &"solve",
             &"--mesh",
             &mesh,
-            &"--bed",
+            &"--table",
             &"7,5",
             &"--order",
             &order,
@@ -107,7 +107,7 @@ fn calculix_solves_the_problem_as_we_do() {
                 &"solve",
                 &"--mesh",
                 &mesh,
-                &"--bed",
+                &"--table",
                 &"7,5",
                 &"--order",
                 &order,
@@ -186,7 +186,7 @@ fn what_cannot_be_written_is_told_before_the_work() {
     assert_eq!(said.stderr.lines().count(), 1, "{}", said.stderr);
     for (command, file) in [("warp", "w.nrrd"), ("solve", "s.vtu")] {
         let (given, value) =
-            if command == "warp" { ("--ct", ct.as_os_str()) } else { ("--bed", "7,5".as_ref()) };
+            if command == "warp" { ("--ct", ct.as_os_str()) } else { ("--table", "7,5".as_ref()) };
         let out = nowhere(file);
         let said = supine(&[&command, &given, &value, &"--mesh", &mesh, &"--out", &out]);
         assert_eq!((said.code, said.stderr.lines().count()), (Some(5), 1), "{}", said.stderr);
@@ -199,7 +199,7 @@ fn what_cannot_be_written_is_told_before_the_work() {
     let other = at.join("o.xyz");
     let calls: [&[&dyn AsRef<OsStr>]; 5] = [
         &[&"segment", &"--ct", &ct],
-        &[&"solve", &"--mesh", &rest, &"--bed", &"7,5"],
+        &[&"solve", &"--mesh", &rest, &"--table", &"7,5"],
         &[&"coarsen", &rest, &"--tetrahedra", &"500"],
         &[&"carry", &shared().out, &labels],
         &[&"carry", &shared().out, &at.join("points.csv")],

@@ -20,14 +20,14 @@ fn told(said: &Outcome) -> Value {
 }
 
 #[test]
-fn a_case_from_a_region_lacks_the_bed_alone_and_can_then_be_run() {
+fn a_case_from_a_region_lacks_the_tilt_alone_and_can_then_be_run() {
     let folder = scratch();
     let (rs, case) = (folder.path().join("RS.dcm"), folder.path().join("case.toml"));
     write_structures(&rs, &frame_of_reference(&source().join("IM0001")), &[GTV]);
     let more: [&dyn AsRef<OsStr>; 4] = [&"--structures", &rs, &"--tumour", &"GTV"];
     let said = init(&source(), &case, &more).success("supine init");
     let done = told(&said);
-    assert_eq!(done["missing"], serde_json::json!(["bed"]));
+    assert_eq!(done["missing"], serde_json::json!(["table"]));
     assert_eq!(done["breast_proposed"], true);
     let text = std::fs::read_to_string(&case).expect("the case");
     assert!(text.contains("tumour = { structure = 'GTV', file = 'RS.dcm' }"), "{text}");
@@ -39,8 +39,9 @@ fn a_case_from_a_region_lacks_the_bed_alone_and_can_then_be_run() {
 
     let said = supine(&[&"check", &case]);
     assert_eq!(said.code, Some(1));
-    assert!(said.stderr.contains("bed = { ap = 7.0, lat = 5.0 }"), "{}", said.stderr);
-    std::fs::write(&case, text.replace("# FILL IN: bed", "bed")).expect("the case is filled in");
+    assert!(said.stderr.contains("table = { ap = 7.0, lat = 5.0 }"), "{}", said.stderr);
+    std::fs::write(&case, text.replace("# FILL IN: table", "table"))
+        .expect("the case is filled in");
     supine(&[&"check", &case]).success("supine check");
 
     // Never overwritten, unless that is asked.
@@ -76,7 +77,7 @@ fn a_point_gives_the_centre_and_a_region_of_another_name_is_told() {
         .expect("points");
     let case = folder.path().join("a.toml");
     let said = init(&source(), &case, &[&"--tumour", &points]).success("supine init");
-    assert_eq!(told(&said)["missing"], serde_json::json!(["bed", "tumour"]));
+    assert_eq!(told(&said)["missing"], serde_json::json!(["table", "tumour"]));
     let text = std::fs::read_to_string(&case).expect("the case");
     assert!(text.contains("centre = [91.37, -248.09, -594.50]"), "{text}");
     let said = init(
@@ -107,7 +108,7 @@ fn a_folder_without_a_usable_series_says_why() {
 #[test]
 fn the_help_knows_every_key() {
     let said = supine(&[&"help", &"case"]).success("supine help case");
-    for key in ["bed.ap\n", "tumour.structure\n", "export.frame\n"] {
+    for key in ["table.ap\n", "tumour.structure\n", "export.frame\n"] {
         assert!(said.stdout.contains(key), "{}", said.stdout);
     }
     supine(&[&"help", &"run"]).success("supine help run");

@@ -45,7 +45,7 @@ fn a_file_that_is_not_there_is_called_so_and_named() {
     let (to, deformed) = ("PACS@127.0.0.1:9", folder.path().join("out.nrrd"));
     let calls: [&[&dyn AsRef<OsStr>]; 6] = [
         &[&"warp", &"--ct", &gone, &"--mesh", &gone, &"--out", &deformed],
-        &[&"solve", &"--mesh", &gone, &"--bed", &"7,5", &"--out", &out],
+        &[&"solve", &"--mesh", &gone, &"--table", &"7,5", &"--out", &out],
         &[&"coarsen", &gone, &"--tetrahedra", &"9", &"--out", &out],
         &[&"send", &gone, &"--to", &to],
         &[&"inspect", &gone],
@@ -123,7 +123,7 @@ fn warnings_have_the_numbers_that_were_measured() {
         &"--out",
         &out,
         &"--set",
-        &"bed={ap=40,lat=30}",
+        &"table={ap=40,lat=30}",
         &"--set",
         &"tissue.young=0.3",
         &"--set",
@@ -131,7 +131,7 @@ fn warnings_have_the_numbers_that_were_measured() {
         &"--json",
     ]);
     let summary: Value = serde_json::from_str(&said.stdout).expect("stdout is JSON");
-    assert_eq!(summary["case"]["bed"]["lat"], 30.0, "{}", said.stderr);
+    assert_eq!(summary["case"]["table"]["lat"], 30.0, "{}", said.stderr);
     let warnings = summary["warnings"].as_array().expect("warnings are listed");
     let found = |code: &str| warnings.iter().find(|warning| warning["code"] == code);
     let fade = found("fade-squeezes").or(found("wide-fade")).expect("it moves far at the cut");

@@ -19,7 +19,7 @@ fn perfetto_opens_the_trace_of_a_run() {
         &out,
         &"--quiet",
         &"--set",
-        &"bed.ap=9",
+        &"table.ap=9",
         &"--profile",
         &trace,
     ];

@@ -109,8 +109,10 @@ fn meshes_of_both_orders_are_read_whole() {
     readers_python("meshes.py", [&rest, &linear]).success("meshes.py, linear");
     let scratch = scratch();
     let quadratic = scratch.path().join("quadratic.vtu");
-    supine(&[&"solve", &"--mesh", &rest, &"--bed", &"7,5", &"--order", &"2", &"--out", &quadratic])
-        .success("supine solve --order 2");
+    supine(&[
+        &"solve", &"--mesh", &rest, &"--table", &"7,5", &"--order", &"2", &"--out", &quadratic,
+    ])
+    .success("supine solve --order 2");
     readers_python("meshes.py", [&rest, &quadratic]).success("meshes.py, quadratic");
 }
 

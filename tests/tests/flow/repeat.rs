@@ -106,7 +106,7 @@ fn ctrl_c_leaves_nothing_half_written_and_the_next_run_completes() {
 }
 
 #[test]
-fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
+fn a_second_run_does_nothing_and_a_changed_tilt_redoes_the_end() {
     let folder = scratch();
     let out = folder.path().join("out");
     let case = Case::small().write(folder.path());
@@ -119,8 +119,8 @@ fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
     assert_same_bytes(&out, &shared().out);
 
     let labels = std::fs::read(out.join("labels.seg.nrrd")).expect("there are labels");
-    let case = Case::small().with("bed", "{ ap = 0.0, lat = -10.0 }").write(folder.path());
-    run(&case, &out, 2).success("the run with another bed");
+    let case = Case::small().with("table", "{ ap = 0.0, lat = -10.0 }").write(folder.path());
+    run(&case, &out, 2).success("the run with another tilt");
     assert_eq!(
         redone(&out),
         [
@@ -172,7 +172,7 @@ fn a_finished_run_on_a_disk_that_cannot_be_written_is_finished() {
     }
     let said = said.success("the finished run");
     assert!(said.stderr.contains("42 of 42 checks"), "{}", said.stderr);
-    let said = again(&["--set", "bed.ap=8"]);
+    let said = again(&["--set", "table.ap=8"]);
     assert_eq!(said.code, Some(5), "{}", said.stderr);
     assert!(said.stderr.contains("Read-only"), "{}", said.stderr);
 }

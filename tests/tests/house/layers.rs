@@ -1,7 +1,7 @@
 //! Arrows point only to lower layers, never sideways (docs/ARCHITECTURE.md).
 
-use std::collections::BTreeMap;
-use supine_tests::metadata;
+use std::collections::{BTreeMap, BTreeSet};
+use supine_tests::{metadata, root};
 
 /// The layer of each package of the workspace. Nothing may depend on the house itself.
 const LAYERS: [(&str, i8); 26] = [
@@ -105,6 +105,35 @@ fn arrows_point_only_to_lower_layers() {
     assert!(arrows.len() > 10, "the workspace's own dependencies were found: {arrows:?}");
     let faults = faults(&LAYERS.into_iter().collect(), &packages, &arrows);
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// What the figure leaves out: features, and the types that all share.
+const NOT_DRAWN: [&str; 5] = ["features", "space", "record", "volume", "mesh"];
+
+#[test]
+fn the_figure_of_the_crates_is_what_their_manifests_say() {
+    let short = |name: &str| match name {
+        "supine" => "cli".to_owned(),
+        name => name.trim_start_matches("supine-").to_owned(),
+    };
+    let packages = metadata().workspace_packages();
+    let is_drawn = |name: &str| {
+        let layer = LAYERS.iter().find(|(package, _)| *package == name);
+        layer.is_some_and(|(_, layer)| *layer != HOUSE)
+            && !NOT_DRAWN.contains(&short(name).as_str())
+    };
+    let mut wanted = BTreeSet::new();
+    for package in packages.iter().filter(|package| is_drawn(&package.name)) {
+        let normal = package.dependencies.iter().filter(|d| format!("{:?}", d.kind) == "Normal");
+        for used in normal.filter(|used| is_drawn(&used.name)) {
+            wanted.insert(format!("  {} --> {}", short(&package.name), short(&used.name)));
+        }
+    }
+    let page = std::fs::read_to_string(root().join("docs/ARCHITECTURE.md")).expect("the page");
+    let figure = page.split("```mermaid").nth(1).and_then(|rest| rest.split("```").next());
+    let lines = figure.expect("a figure").lines().filter(|line| line.contains("-->"));
+    let drawn: BTreeSet<String> = lines.map(String::from).collect();
+    assert_eq!(drawn, wanted);
 }
 
 #[test]

@@ -67,7 +67,7 @@ def noisy(ct, seed):
 def case(path, facts, ct, more=""):
     bed, tumour = facts["bed_deg"], facts["tumour"]
     path.write_text(
-        f'ct = "{ct}"\nbreast = "{facts["side"]}"\nbed = {{ ap = {bed["AP"]}, lat = {bed["LAT"]} }}\n'
+        f'ct = "{ct}"\nbreast = "{facts["side"]}"\ntable = {{ ap = {bed["AP"]}, lat = {bed["LAT"]} }}\n'
         f'tumour = {{ centre = {list(tumour["centre_mm"])}, radius = {tumour["radius_mm"]} }}\n{more}'
     )
     return path
@@ -123,7 +123,7 @@ def truths(supine, work, patient, facts):
         rows = []
         for kpa in GRID_KPA:
             out = work / "true-u.vtu"
-            words = ["solve", "--mesh", mesh, f"--bed={bed['AP']},{bed['LAT']}", "--young", kpa, "--rest", rest]
+            words = ["solve", "--mesh", mesh, f"--table={bed['AP']},{bed['LAT']}", "--young", kpa, "--rest", rest]
             if command(supine, *words, "--cut", "free", "--out", out, "--quiet", seconds=180):
                 rows.append((1.0 / kpa, kpa * at(meshio.read(out), place)))
         rows.sort(key=lambda row: row[0])

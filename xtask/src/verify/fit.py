@@ -42,7 +42,7 @@ def errors(patient, out, pose="operating"):
 def case(name, patient, ct, folder, tissue, scans, labels=None):
     facts = read(f"{patient}/patient.json")
     text = f'ct = "{os.path.abspath(ct)}"\nbreast = "{facts["side"]}"\n'
-    text += f'bed = {{ ap = {facts["bed_deg"]["AP"]}, lat = {facts["bed_deg"]["LAT"]} }}\n'
+    text += f'table = {{ ap = {facts["bed_deg"]["AP"]}, lat = {facts["bed_deg"]["LAT"]} }}\n'
     text += f'tumour = {{ centre = {facts["tumour"]["centre_mm"]}, radius = {facts["tumour"]["radius_mm"]} }}\n'
     if labels:
         text += f'labels = "{labels}"\nregion = {{ centre = {facts["roi"]["centre_mm"]}, radius = {facts["roi"]["radius_mm"]} }}\n'

@@ -148,7 +148,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = table(
             dir.path(),
-            "\u{feff}name,ct,breast,bed.ap,bed.lat,tumour.centre,tumour.radius\r\n\
+            "\u{feff}name,ct,breast,table.ap,table.lat,tumour.centre,tumour.radius\r\n\
              p1,a/ct,left,7,5,\"1,2.5,-3\",9\r\n\"p, 2\",/b,right,,,,\r\n",
         );
         let rows = rows(&path).unwrap();
@@ -157,9 +157,9 @@ mod tests {
         let spec = rows[0].spec(&path).unwrap();
         let case = spec.case().unwrap();
         assert_eq!(case.ct().unwrap().to_path_buf(), dir.path().join("a/ct"));
-        assert_eq!(case.bed().unwrap().ap_deg, 7.0);
+        assert_eq!(case.table_pose().unwrap().ap_deg, 7.0);
         let spec = rows[1].spec(&path).unwrap();
-        assert!(spec.get("bed.ap").is_none(), "an empty cell gives nothing");
+        assert!(spec.get("table.ap").is_none(), "an empty cell gives nothing");
         let path = table(dir.path(), "name\tct\ttumour.centre\np1\ta/ct\t1,2.5,-3\n");
         let spec = super::rows(&path).unwrap()[0].spec(&path).unwrap();
         assert!(spec.get("tumour.centre").is_some() && spec.get("ct").is_some());
@@ -171,12 +171,15 @@ mod tests {
         std::fs::create_dir(dir.path().join("a")).unwrap();
         let case = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 1, lat = 2 }\n";
         std::fs::write(dir.path().join("a/case.toml"), case).unwrap();
-        let path = table(dir.path(), "name;case;bed.ap;seeds.file\nx;a/case.toml;9.5;s.csv\n");
+        let path = table(dir.path(), "name;case;table.ap;seeds.file\nx;a/case.toml;9.5;s.csv\n");
         let row = &rows(&path).unwrap()[0];
         let spec = row.spec(&path).unwrap();
         let case = spec.case().unwrap();
         assert_eq!(spec.folder().join(case.ct().unwrap()), dir.path().join("a/ct"));
-        assert_eq!((case.bed().unwrap().ap_deg, case.bed().unwrap().lat_deg), (9.5, 2.0));
+        assert_eq!(
+            (case.table_pose().unwrap().ap_deg, case.table_pose().unwrap().lat_deg),
+            (9.5, 2.0)
+        );
         assert_eq!(case.seeds.files[0], dir.path().join("s.csv"));
     }
 

@@ -37,7 +37,8 @@ pub struct CheckDone {
     /// The breast, in a word.
     pub breast: String,
     /// Tilt of the table: AP and LAT, degrees.
-    pub bed_deg: [f64; 2],
+    #[serde(rename = "bed_deg")]
+    pub table_deg: [f64; 2],
     /// Whether the region is proposed from the breast and not given.
     pub region_proposed: bool,
     /// Number of tetrahedra that are asked for.
@@ -103,6 +104,9 @@ pub struct CheckedTumour {
 /// Why the case cannot be run.
 pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error> {
     let spec = spec(&given.case, &given.changes)?;
+    if let Some(text) = spec.former_told() {
+        observer.note(&text);
+    }
     spec.check_complete()?;
     let session = super::session(&spec)?;
     let redone = redone(given, &session)?;
@@ -122,7 +126,7 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
     check_seeds(&session.ground(), input.ct.grid())?;
     check_region(&session, input.ct.grid())?;
     let (case, sphere) = (session.case(), session.ground().tumour()?.sphere);
-    let bed = case.bed()?;
+    let pose = case.table_pose()?;
     Ok(CheckDone {
         case: given.case.clone(),
         ct: CheckedCt {
@@ -137,7 +141,7 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
             mean_hu: placed.mean_hu,
         },
         breast: case.breast()?.to_string(),
-        bed_deg: [bed.ap_deg, bed.lat_deg],
+        table_deg: [pose.ap_deg, pose.lat_deg],
         region_proposed: case.region.is_none(),
         tetrahedra: case.mesh.tetrahedra,
         scans,

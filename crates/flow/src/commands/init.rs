@@ -88,7 +88,7 @@ pub fn init(given: &Init, observer: &dyn Observer) -> Result<InitDone, Error> {
     let mut missing = Vec::new();
     missing.extend((series.len() > 1).then_some("series"));
     missing.extend(breast.is_none().then_some("breast"));
-    missing.push("bed");
+    missing.push("table");
     missing.extend((!tumour.is_whole()).then_some("tumour"));
     let breast_proposed = breast.is_some() && given.breast.is_none();
     let page =

@@ -42,7 +42,7 @@ pub const KEYS: &[&str] = &[
 /// What is asked.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// Values for [`KEYS`], and the bed.
+    /// Values for [`KEYS`], and the tilt of the operating table.
     pub spec: Spec,
     /// What is meshed.
     pub source: MeshSource,

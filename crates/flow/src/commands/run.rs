@@ -39,7 +39,7 @@ impl std::str::FromStr for Change {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (key, value) = text.split_once('=').ok_or("expected key=value, such as bed.ap=5")?;
+        let (key, value) = text.split_once('=').ok_or("expected key=value, such as table.ap=5")?;
         Ok(Self { key: key.trim().into(), value: value.trim().into() })
     }
 }
@@ -105,6 +105,9 @@ fn values_into(
     observer: &dyn Observer,
     peak_memory_mb: &mut Option<f64>,
 ) -> Result<RunDone, Error> {
+    if let Some(text) = spec.former_told() {
+        observer.note(&text);
+    }
     if anonymise {
         spec.set("export.anonymise", &Json::Bool(true))?;
     }

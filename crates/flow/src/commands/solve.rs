@@ -13,7 +13,7 @@ use supine_mesh::{Deformation, Displacement};
 use supine_report::Warning;
 use supine_space::Vector;
 
-/// Keys of the table that it takes, beside the bed.
+/// Keys of the table of parameters that it takes, beside the tilt of the operating table.
 pub const KEYS: &[&str] = &[
     "tissue.young",
     "tissue.poisson",
@@ -28,7 +28,7 @@ pub const KEYS: &[&str] = &[
 /// What is asked.
 #[derive(Clone, Debug)]
 pub struct Solve {
-    /// Values for [`KEYS`], and the bed for [`Target::Bed`].
+    /// Values for [`KEYS`], and the tilt of the operating table for [`Target::Table`].
     pub spec: Spec,
     /// The mesh at the CT shape, with its boundary tags.
     pub mesh: PathBuf,
@@ -46,7 +46,7 @@ pub struct Solve {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
     /// As on the table that the specification gives.
-    Bed,
+    Table,
     /// As in a patient who sits upright.
     Sitting,
     /// Along a direction of any length, LPS.
@@ -111,7 +111,7 @@ pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error>
     check_folder_of(&given.out)?;
     let case = given.spec.case()?;
     let target = match given.target {
-        Target::Bed => case.bed()?.gravity(),
+        Target::Table => case.table_pose()?.gravity(),
         Target::Sitting => supine_space::sitting(),
         Target::Direction(g) if Vector::from(g).norm() > 0.0 => Vector::from(g).normalize(),
         Target::Direction(_) => return Err(usage("--gravity: 0,0,0 is no direction")),

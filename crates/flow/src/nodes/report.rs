@@ -14,8 +14,8 @@ use crate::{Error, NodeId};
 use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
-    Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, SourceSeries,
-    SphereRecord, Summary, Tissue, Tool, Verdict, Warning,
+    Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, SourceSeries, SphereRecord,
+    Summary, TablePosition, Tissue, Tool, Verdict, Warning,
 };
 
 pub(crate) struct Report;
@@ -210,10 +210,14 @@ fn nameless(n: usize, left_out: &mut LeftOut) {
 }
 
 fn position(case: &Case, tumour: SphereRecord) -> Result<supine_report::Position, Error> {
-    let bed = case.bed()?;
+    let pose = case.table_pose()?;
     Ok(supine_report::Position {
         breast: case.breast()?.to_string(),
-        bed: Bed { ap_deg: bed.ap_deg, lat_deg: bed.lat_deg, gravity: bed.gravity().into() },
+        table: TablePosition {
+            ap_deg: pose.ap_deg,
+            lat_deg: pose.lat_deg,
+            gravity: pose.gravity().into(),
+        },
         tumour: Some(tumour),
     })
 }

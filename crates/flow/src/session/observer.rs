@@ -13,6 +13,8 @@ pub trait Observer: Sync {
     fn share(&self, _node: NodeId, _share: f64) {}
     /// What a node found on its way, in words for people.
     fn found(&self, _node: NodeId, _text: &str) {}
+    /// What the user may want to know of how the work was asked for.
+    fn note(&self, _text: &str) {}
     /// What the user must know.
     fn warning(&self, _node: NodeId, _warning: &Warning) {}
     /// A node is done; `cached` when its result was there.

@@ -9,9 +9,9 @@ pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired an
 /// it a DICOM LO. Runs of one patient on other tables or with other tissue are told apart by it in
 /// the planning system's list.
 pub(crate) fn series_description(case: &Case) -> Result<String, CaseError> {
-    let (frame, bed) =
-        (if case.export.policy.same_frame { " SAME-FRAME" } else { "" }, case.bed()?);
-    let [ap, lat] = [bed.ap_deg, bed.lat_deg].map(|angle| short(angle, 1));
+    let (frame, pose) =
+        (if case.export.policy.same_frame { " SAME-FRAME" } else { "" }, case.table_pose()?);
+    let [ap, lat] = [pose.ap_deg, pose.lat_deg].map(|angle| short(angle, 1));
     let young = match case.stiffness {
         None => format!("E {} kPa", short(case.tissue.young_kpa, 3)),
         Some(_) => "E by tissue".into(),
@@ -33,7 +33,7 @@ fn short(x: f64, decimals: usize) -> String {
 
 /// How the volume was made (at most 1024 characters, DICOM ST).
 pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
-    let bed = case.bed()?;
+    let pose = case.table_pose()?;
     Ok(format!(
         "DERIVED: simulated deformation by supine {}; not acquired anatomy. Breast {}, operating \
          table AP {} deg (head up), LAT {} deg (left side down). Neo-Hookean finite elements of \
@@ -41,8 +41,8 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
          resampled ({}), HU carried unchanged.",
         env!("CARGO_PKG_VERSION"),
         case.breast()?,
-        bed.ap_deg,
-        bed.lat_deg,
+        pose.ap_deg,
+        pose.lat_deg,
         case.mesh.order.number(),
         stiffness(case),
         case.tissue.poisson,
@@ -75,7 +75,7 @@ mod tests {
     fn a_result_is_known_by_what_a_nifti_header_keeps_of_its_note() {
         let mut spec = Spec::new("");
         for (key, value) in
-            [("bed.ap", 7.0.into()), ("bed.lat", 5.0.into()), ("breast", "left".into())]
+            [("table.ap", 7.0.into()), ("table.lat", 5.0.into()), ("breast", "left".into())]
         {
             spec.set(key, &value).unwrap();
         }
@@ -92,11 +92,11 @@ mod tests {
             }
             series_description(&spec.case().unwrap()).unwrap()
         };
-        let bed = [("bed.ap", 7.0.into()), ("bed.lat", 5.0.into())];
-        assert_eq!(named(&bed), "DEFORMED AP 7 LAT 5 E 0.609 kPa net");
+        let tilts = [("table.ap", 7.0.into()), ("table.lat", 5.0.into())];
+        assert_eq!(named(&tilts), "DEFORMED AP 7 LAT 5 E 0.609 kPa net");
         let longest = named(&[
-            ("bed.ap", (-12.345).into()),
-            ("bed.lat", (-10.255).into()),
+            ("table.ap", (-12.345).into()),
+            ("table.lat", (-10.255).into()),
             ("tissue.young", 999_999.9.into()),
             ("tissue.rest", "unloaded".into()),
             ("export.frame", "source, although the breast has moved in it".into()),

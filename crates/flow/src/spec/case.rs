@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy, ReadParams};
 use supine_fem::{Cut, RestState, Tissue};
 use supine_mesh::Order;
-use supine_space::{BedPose, Point, Side, Sphere};
+use supine_space::{Point, Side, Sphere, TablePose};
 use supine_volume::{SeedKind, Stroke};
 use supine_warp::Interpolation;
 
@@ -25,7 +25,7 @@ pub struct Case {
     /// The breast that is operated.
     pub breast: Option<Side>,
     /// The table's tilt.
-    pub bed: Option<BedPose>,
+    pub table: Option<TablePose>,
     /// The tumour in the CT.
     pub tumour: Option<TumourSpec>,
     /// The region; proposed from the breast when absent.

@@ -2,7 +2,7 @@
 //! eats.
 
 use super::error::CaseError;
-use super::read::{SHORT, Values, is_table, no_table, place, values};
+use super::read::{SHORT, Values, current, is_table, no_table, place, values};
 use super::table::{TABLE, position};
 use super::value::Value;
 use serde_json::{Map, Value as Json};
@@ -52,7 +52,8 @@ pub(super) fn merge(all: &Map<String, Json>) -> Result<Change, CaseError> {
                 }
             }
             Json::Null if is_table(name) && !SHORT.contains(&name.as_str()) => {
-                let of_table = |p: &&super::Parameter| p.path().0 == Some(name);
+                let table = &*current(name);
+                let of_table = |p: &&super::Parameter| p.path().0 == Some(table);
                 gone.extend(TABLE.iter().filter(of_table).filter_map(|p| position(p.key)));
             }
             Json::Null => gone.push(place(name)?),
@@ -111,7 +112,7 @@ mod tests {
             ("ct", "\"/x\""),
             ("exclude", "\"2-01.dcm\""),
             ("exclude", "[\"2-01.dcm\", '2-02.dcm']"),
-            ("bed", "{ap=3,lat=2}"),
+            ("table", "{ap=3,lat=2}"),
             ("bed", "{ ap = 3.0 }"),
             ("tumour", "{structure=\"GTV\",file=\"/RS.dcm\"}"),
             ("tumour.centre", "[1, 2.5, -3]"),
@@ -142,27 +143,27 @@ mod tests {
         }
         let spec = changed("", "tumour.centre", "1,-2.5, 3").unwrap();
         assert_eq!(spec.get("tumour.centre"), Some(&Value::Point([1.0, -2.5, 3.0])));
-        let told = changed("", "bed.ap", "7,5").unwrap_err();
+        let told = changed("", "table.ap", "7,5").unwrap_err();
         assert!(
             told.contains("\"7,5\" is not a number") && told.contains("7.0, not 7,0"),
             "{told}"
         );
-        assert!(changed("", "bed.ap", "\"7\"").unwrap_err().contains("\"7\" is not a number"));
+        assert!(changed("", "table.ap", "\"7\"").unwrap_err().contains("\"7\" is not a number"));
         assert!(changed("", "breast", "lft").unwrap_err().contains("\"lft\" is not one of"));
-        let told = changed("", "bed", "7,5").unwrap_err();
-        assert!(told.contains("`bed` takes keys") && told.contains("ap, lat"), "{told}");
-        let told = changed("", "bed", "{ap=3,lt=2}").unwrap_err();
-        assert!(told.contains("did you mean `bed.lat`?"), "{told}");
-        let told = changed("", "bde", "{ap=3}").unwrap_err();
-        assert!(told.contains("did you mean `bed`?"), "{told}");
+        let told = changed("", "table", "7,5").unwrap_err();
+        assert!(told.contains("`table` takes keys") && told.contains("ap, lat"), "{told}");
+        let told = changed("", "table", "{ap=3,lt=2}").unwrap_err();
+        assert!(told.contains("did you mean `table.lat`?"), "{told}");
+        let told = changed("", "tabel", "{ap=3}").unwrap_err();
+        assert!(told.contains("did you mean `table`?"), "{told}");
     }
 
     #[test]
     fn a_table_sets_its_keys_and_a_tumour_takes_the_place_of_another() {
-        let case = "bed = { ap = 7, lat = 5 }\ntumour = { centre = [1, 2, 3], radius = 9 }";
+        let case = "table = { ap = 7, lat = 5 }\ntumour = { centre = [1, 2, 3], radius = 9 }";
         let spec = changed(case, "bed", "{ap=3}").unwrap();
         assert_eq!(
-            (spec.get("bed.ap"), spec.get("bed.lat")),
+            (spec.get("table.ap"), spec.get("table.lat")),
             (Some(&Value::Number(3.0)), Some(&Value::Number(5.0)))
         );
         let spec = changed(case, "tumour", "{structure='GTV',file='/RS.dcm'}").unwrap();

@@ -38,7 +38,7 @@ pub(super) fn check(values: &Values) -> Result<(), CaseError> {
     let groups = [
         needed(&["ct"]),
         needed(&["breast"]),
-        needed(&["bed.ap", "bed.lat"]),
+        needed(&["table.ap", "table.lat"]),
         tumour,
         Group { keys: &["region.centre", "region.radius"], needed: false },
     ];

@@ -1,7 +1,7 @@
 //! Changes to a case file's text that leave its comments and order alone.
 
 use super::error::CaseError;
-use super::read::{SHORT, place};
+use super::read::{FORMER, SHORT, place};
 use super::table::TABLE;
 use super::value::Value;
 use serde_json::Value as Json;
@@ -34,10 +34,19 @@ pub fn edit(text: &str, edits: &[Edit]) -> Result<String, CaseError> {
         let (table, name) = parameter.path();
         match table {
             None => put(document.as_table_mut(), name, new),
-            Some(table) => put_within(document.as_table_mut(), table, (name, new)),
+            Some(table) => {
+                let table = written_name(&document, table);
+                put_within(document.as_table_mut(), table, (name, new));
+            }
         }
     }
     Ok(document.to_string())
+}
+
+/// What a table of keys is called in a document: by its former name where it stands there so.
+fn written_name<'a>(document: &DocumentMut, table: &'a str) -> &'a str {
+    let former = FORMER.iter().find(|(former, now)| *now == table && document.contains_key(former));
+    former.map_or(table, |(former, _)| former)
 }
 
 /// Puts a key into a table of the document, which is made where there is none. A short form becomes
@@ -128,7 +137,9 @@ mod tests {
     fn comments_and_other_keys_stay() {
         let text = changed(TEXT, "tissue.young", json!(0.5));
         assert_eq!(text, TEXT.replace("0.9", "0.5"));
-        let text = changed(TEXT, "bed.ap", json!(-3.5));
+        let former = changed("bed = { ap = 7 } # mine\n", "table.lat", json!(2.0));
+        assert_eq!(former, "bed = { ap = 7 , lat = 2.0 } # mine\n");
+        let text = changed(TEXT, "table.ap", json!(-3.5));
         assert_eq!(text, TEXT.replace("ap = 7", "ap = -3.5"));
         let text = changed(TEXT, "mesh.tetrahedra", json!(3000));
         assert!(
@@ -161,7 +172,7 @@ mod tests {
     #[test]
     fn a_change_is_told_as_the_command_line_takes_it() {
         let told = |key: &str, value: Json| set_argument(&Edit { key: key.into(), value });
-        assert_eq!(told("bed.ap", json!(7.5)).as_deref(), Some("bed.ap=7.5"));
+        assert_eq!(told("table.ap", json!(7.5)).as_deref(), Some("table.ap=7.5"));
         assert_eq!(told("breast", json!("left")).as_deref(), Some("breast=\"left\""));
         assert_eq!(told("breast", Json::Null), None);
     }

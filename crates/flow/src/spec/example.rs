@@ -7,8 +7,8 @@ const VALUES: &[(&str, &str)] = &[
     ("ct", "'CT'"),
     ("series", "\"1.2.840.113619.2.55\""),
     ("breast", "\"left\""),
-    ("bed.ap", "7.0"),
-    ("bed.lat", "5.0"),
+    ("table.ap", "7.0"),
+    ("table.lat", "5.0"),
     ("tumour.radius", "9.0"),
     ("tumour.structure", "\"GTV\""),
     ("region.radius", "95.0"),
@@ -23,7 +23,7 @@ const VALUES: &[(&str, &str)] = &[
 
 /// Lines for the tables that a case must have.
 const LINES: [(&str, &str); 2] = [
-    ("bed", "bed = { ap = 7.0, lat = 5.0 }"),
+    ("table", "table = { ap = 7.0, lat = 5.0 }"),
     ("tumour", "tumour = { centre = [91.4, -248.1, -594.5], radius = 9.0 }"),
 ];
 

@@ -46,19 +46,30 @@ use std::path::{Path, PathBuf};
 
 /// Values for the parameters of [`TABLE`], as they were given, and the folder from which their
 /// paths lead.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Spec {
     values: Values,
     folder: PathBuf,
     /// Of a summary that is repeated: the values that name files, with the hashes of what its run
     /// read by them.
     recorded: Recorded,
+    /// Former names that its text uses.
+    former: Vec<&'static str>,
+}
+
+/// The same values, whatever their keys were called.
+impl PartialEq for Spec {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { values, folder, recorded, former: _ } = self;
+        (values, folder, recorded) == (&other.values, &other.folder, &other.recorded)
+    }
 }
 
 impl Spec {
     /// Nothing given; paths lead from `folder`.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self { values: Values::new(), folder: folder.into(), recorded: Recorded::new() }
+        let (values, recorded, former) = (Values::new(), Recorded::new(), Vec::new());
+        Self { values, folder: folder.into(), recorded, former }
     }
 
     /// Reads a case file (TOML) or the `summary.json` of a run, whose case it repeats.
@@ -94,7 +105,22 @@ impl Spec {
         })?;
         let object = serde_json::to_value(table).map_err(|e| invalid(e.to_string()))?;
         let Json::Object(object) = object else { return Err(invalid("no table".into())) };
-        Ok(Self { values: values(&object)?, ..Self::new(folder) })
+        let former = read::former(&object)?;
+        Ok(Self { values: values(&object)?, former, ..Self::new(folder) })
+    }
+
+    /// Former names of keys that its text uses; they are read as the present ones.
+    pub fn former(&self) -> &[&'static str] {
+        &self.former
+    }
+
+    /// What somebody whose case file uses former names has to know.
+    pub(crate) fn former_told(&self) -> Option<String> {
+        let known = read::FORMER.iter().filter(|(former, _)| self.former.contains(former));
+        let told: Vec<String> = known
+            .map(|(former, now)| format!("the key `{former}` is called `{now}` now"))
+            .collect();
+        (!told.is_empty()).then(|| format!("{}; the case file is read as before", told.join(", ")))
     }
 
     /// The case of a summary; of a de-identified run, whose summary names no files, the case that

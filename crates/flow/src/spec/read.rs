@@ -6,13 +6,17 @@ use super::table::{TABLE, position};
 use super::value::Value;
 use crate::nearest::nearest;
 use serde_json::{Map, Value as Json};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Keys with a short form: `seeds = "file"` stands for `seeds = { file = "file" }`.
 pub(super) const SHORT: &[&str] = &["seeds", "labels"];
 
-/// Keys of older versions, with what they are called now.
+/// Keys of older versions, with what they are called now: they are refused.
 const RENAMED: &[(&str, &str)] = &[("mesh.sides", "mesh.geometry")];
+
+/// Former names of tables of keys, with what they are called now: they are read.
+pub(super) const FORMER: &[(&str, &str)] = &[("bed", "table")];
 
 /// Keys of the case file's format that a later version will understand. They are refused rather
 /// than ignored: a planner who asks for a thing must not believe that it was done.
@@ -28,6 +32,7 @@ pub(super) type Values = BTreeMap<usize, Value>;
 pub(super) fn values(case: &Map<String, Json>) -> Result<Values, CaseError> {
     let mut values = Values::new();
     for (name, given) in case {
+        let name = &*current(name);
         refuse_others(name, given)?;
         match given {
             Json::Object(table) if is_table(name) => {
@@ -35,7 +40,7 @@ pub(super) fn values(case: &Map<String, Json>) -> Result<Values, CaseError> {
                     add(&mut values, &format!("{name}.{inner}"), given)?;
                 }
             }
-            given if SHORT.contains(&name.as_str()) => {
+            given if SHORT.contains(&name) => {
                 add(&mut values, &format!("{name}.file"), given)?;
             }
             Json::Null => {}
@@ -44,6 +49,32 @@ pub(super) fn values(case: &Map<String, Json>) -> Result<Values, CaseError> {
         }
     }
     Ok(values)
+}
+
+/// The key, or table of keys, that a name stands for: itself, or what a former one is called now.
+pub(super) fn current(name: &str) -> Cow<'_, str> {
+    let (table, inner) = name.split_once('.').map_or((name, None), |(t, i)| (t, Some(i)));
+    match (FORMER.iter().find(|(former, _)| *former == table), inner) {
+        (None, _) => name.into(),
+        (Some((_, now)), None) => (*now).into(),
+        (Some((_, now)), Some(inner)) => format!("{now}.{inner}").into(),
+    }
+}
+
+/// The former names that a case uses.
+///
+/// # Errors
+/// [`CaseError::Key`] where the present name stands beside it: which of both holds, nothing says.
+pub(super) fn former(case: &Map<String, Json>) -> Result<Vec<&'static str>, CaseError> {
+    let is_of = |key: &str, table: &str| key.split('.').next() == Some(table);
+    let used = FORMER.iter().filter(|(former, _)| case.keys().any(|key| is_of(key, former)));
+    let one = |&(former, now): &(&'static str, &str)| match case.keys().any(|key| is_of(key, now)) {
+        true => {
+            Err(CaseError::Key(format!("`{former}` and `{now}` are the same: give `{now}` alone")))
+        }
+        false => Ok(former),
+    };
+    used.map(one).collect()
 }
 
 fn add(values: &mut Values, key: &str, given: &Json) -> Result<(), CaseError> {
@@ -59,7 +90,8 @@ fn add(values: &mut Values, key: &str, given: &Json) -> Result<(), CaseError> {
 /// # Errors
 /// [`CaseError::Key`] when there is none: with its new name, or the nearest known one.
 pub(super) fn place(key: &str) -> Result<usize, CaseError> {
-    let full = if SHORT.contains(&key) { format!("{key}.file") } else { key.to_owned() };
+    let now = current(key);
+    let full = if SHORT.contains(&&*now) { format!("{now}.file") } else { now.into_owned() };
     position(&full).ok_or_else(|| CaseError::Key(complaint(key)))
 }
 
@@ -70,6 +102,7 @@ fn refuse_others(name: &str, given: &Json) -> Result<(), CaseError> {
 }
 
 pub(super) fn is_table(name: &str) -> bool {
+    let name = &*current(name);
     TABLE.iter().any(|p| p.path().0 == Some(name))
 }
 
@@ -81,7 +114,7 @@ fn complaint(key: &str) -> String {
         return format!("the key `{key}` is not supported by this version: remove it");
     }
     let name = key.rsplit('.').next().unwrap_or(key);
-    let near = match key.split_once('.') {
+    let near = match current(key).split_once('.') {
         Some((table, _)) if is_table(table) => {
             let within = TABLE.iter().filter(|p| p.path().0 == Some(table)).map(|p| p.path().1);
             nearest(name, within).map(|key| format!("{table}.{key}"))
@@ -94,6 +127,7 @@ fn complaint(key: &str) -> String {
 
 /// The complaint about a single value where keys within are expected.
 pub(super) fn no_table(name: &str, given: &Json) -> CaseError {
+    let name = &*current(name);
     let inner: Vec<&str> =
         TABLE.iter().filter(|p| p.path().0 == Some(name)).map(|p| p.path().1).collect();
     let near = |p: &&super::Parameter| {
@@ -129,11 +163,27 @@ mod tests {
     }
 
     #[test]
+    fn a_former_name_is_read_and_not_beside_the_present_one() {
+        let read = |text: &str| {
+            let spec = crate::spec::Spec::from_text(text, "").map_err(|e| e.to_string())?;
+            Ok::<_, String>((spec.get("table.ap").cloned(), spec.former().to_vec()))
+        };
+        let now = read("table = { ap = 7.0 }").unwrap();
+        let then = read("bed = { ap = 7.0 }").unwrap();
+        assert!(now.0.is_some() && now.0 == then.0);
+        assert_eq!((now.1, then.1), (vec![], vec!["bed"]));
+        let both = read("bed = { ap = 7.0 }\ntable = { lat = 5.0 }").unwrap_err();
+        assert!(both.contains("give `table` alone"), "{both}");
+        let typo = read("bed = { app = 7.0 }").unwrap_err();
+        assert!(typo.contains("did you mean `table.ap`?"), "{typo}");
+    }
+
+    #[test]
     fn a_single_value_for_a_table_is_told_with_its_keys() {
         let text = complaint_about("tissue = true").unwrap();
         assert!(text.contains("young, poisson") && text.contains("mean `tissues`?"), "{text}");
         let text = complaint_about("bed = [7, 5]").unwrap();
-        assert!(text.ends_with("bed = { ... } with ap, lat"), "{text}");
+        assert!(text.ends_with("table = { ... } with ap, lat"), "{text}");
         assert_eq!(complaint_about("tissues = true\nlabels = 'l.nrrd'\nseeds = 's.csv'"), None);
     }
 

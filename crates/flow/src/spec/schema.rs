@@ -1,6 +1,6 @@
 //! The table as a JSON schema and as the guide's table.
 
-use super::read::SHORT;
+use super::read::{FORMER, SHORT};
 use super::stroke;
 use super::table::{Kind, Parameter, Preset, TABLE};
 use serde_json::{Map, Value as Json, json};
@@ -40,9 +40,19 @@ pub fn case_schema() -> Json {
             properties.insert((*short).into(), json!({ "anyOf": [file, full] }));
         }
     }
+    // A table under its former name is as good as under its present one.
+    let mut ways = Vec::new();
+    for (former, now) in FORMER {
+        let mut same = properties[*now].clone();
+        same["deprecated"] = true.into();
+        properties.insert((*former).into(), same);
+        required.retain(|name| name != now);
+        ways.push(json!({ "oneOf": [{ "required": [now] }, { "required": [former] }] }));
+    }
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema", "$id": CASE_ID, "title": "supine case",
         "type": "object", "additionalProperties": false, "properties": properties, "required": required,
+        "allOf": ways,
     })
 }
 

@@ -60,14 +60,14 @@ pub static TABLE: &[Parameter] = &[
     ),
     row(("breast", "breast"), Kind::Choice(&["left", "right"]), "", Required, "the patient's side"),
     row(
-        ("bed.ap", "bed-ap"),
+        ("table.ap", "table-ap"),
         TILT,
         "degrees",
         Required,
         "tilt of the table: positive raises the head",
     ),
     row(
-        ("bed.lat", "bed-lat"),
+        ("table.lat", "table-lat"),
         TILT,
         "degrees",
         Required,

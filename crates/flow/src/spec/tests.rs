@@ -30,7 +30,7 @@ fn four_keys_suffice() {
 #[test]
 fn what_is_missing_is_named() {
     for (taken, key) in
-        [("ct", "ct"), ("breast", "breast"), ("bed", "bed.ap"), ("tumour", "tumour.centre")]
+        [("ct", "ct"), ("breast", "breast"), ("table", "table.ap"), ("tumour", "tumour.centre")]
     {
         let kept: Vec<&str> = MINIMAL.lines().filter(|l| !l.starts_with(taken)).collect();
         let error = read(&kept.join("\n")).unwrap_err().to_string();
@@ -38,11 +38,11 @@ fn what_is_missing_is_named() {
     }
     let error = read("ct = 'ct'\n").unwrap_err().to_string();
     let lines: Vec<&str> = error.lines().collect();
-    assert_eq!(lines[0], "`breast`, `bed.ap`, `tumour.centre` are missing; add");
+    assert_eq!(lines[0], "`breast`, `table.ap`, `tumour.centre` are missing; add");
     assert!(lines[1].starts_with("  breast = \"left\"   # the patient's side"), "{error}");
-    assert!(lines[2].contains("bed = { ap = 7.0, lat = 5.0 }") && lines.len() == 4, "{error}");
+    assert!(lines[2].contains("table = { ap = 7.0, lat = 5.0 }") && lines.len() == 4, "{error}");
     let half = MINIMAL.replace(", lat = 5.0", "");
-    assert!(read(&half).unwrap_err().to_string().contains("`bed.lat` is missing"));
+    assert!(read(&half).unwrap_err().to_string().contains("`table.lat` is missing"));
 }
 
 #[test]
@@ -50,8 +50,8 @@ fn halves_of_tables_are_named_at_once_with_lines_to_put_in_their_place() {
     let half = MINIMAL.replace(", lat = 5.0", "").replace(", radius = 10.0", "");
     let error = read(&half.replace("breast = 'left'\n", "")).unwrap_err().to_string();
     let lines: Vec<&str> = error.lines().collect();
-    assert_eq!(lines[0], "`breast`, `bed.lat`, `tumour.radius` are missing; add");
-    assert!(lines[2].starts_with("  bed = { ap = 7.0, lat = 5.0 }   # in place of"), "{error}");
+    assert_eq!(lines[0], "`breast`, `table.lat`, `tumour.radius` are missing; add");
+    assert!(lines[2].starts_with("  table = { ap = 7.0, lat = 5.0 }   # in place of"), "{error}");
     assert!(
         lines[3].starts_with("  tumour = { centre = [1.0, 2.0, 3.0], radius = 9.0 }"),
         "{error}"
@@ -74,10 +74,10 @@ fn what_people_type_by_habit_is_explained() {
         read(&format!("{}\n{line}\n", kept.join("\n"))).unwrap_err().to_string()
     };
     for (line, words) in [
-        ("bed = { ap = 7,0, lat = 5,0 }", "decimal point: 7.0, not 7,0"),
+        ("table = { ap = 7,0, lat = 5,0 }", "decimal point: 7.0, not 7,0"),
         (
-            "bed = { ap = \"7,0\", lat = 5.0 }",
-            "`bed.ap`: \"7,0\" is not a number from -90 to 90 degrees; numbers",
+            "table = { ap = \"7,0\", lat = 5.0 }",
+            "`table.ap`: \"7,0\" is not a number from -90 to 90 degrees; numbers",
         ),
         ("tumour = { centre = [91,4, -248,1, -594,5], radius = 9.0 }", "decimal point"),
         ("ct = \"C:\\data\\ct\"", "single quotation marks"),
@@ -179,7 +179,7 @@ fn each_bad_value_names_its_key() {
     let error = read(&MINIMAL.replace("breast", "brest")).unwrap_err().to_string();
     assert!(error.contains("`breast`"), "{error}");
     let error = read(&MINIMAL.replace("ap = 7.0", "ap = 700.0")).unwrap_err().to_string();
-    assert!(error.contains("`bed.ap`") && error.contains("-90 to 90"), "{error}");
+    assert!(error.contains("`table.ap`") && error.contains("-90 to 90"), "{error}");
 }
 
 /// The canonical form makes the same case again, and names every key that a case gives.
@@ -222,7 +222,9 @@ fn the_schema_has_every_key() {
         assert!(found["description"].is_string(), "{}", p.key);
         assert!(guide_table().contains(&format!("| `{}` |", p.key)));
     }
-    assert_eq!(schema["required"], serde_json::json!(["ct", "breast", "bed", "tumour"]));
+    assert_eq!(schema["required"], serde_json::json!(["ct", "breast", "tumour"]));
+    let ways = serde_json::json!([{ "required": ["table"] }, { "required": ["bed"] }]);
+    assert_eq!(schema["allOf"][0]["oneOf"], ways);
     let none = |a: &str, b: &str| serde_json::json!({ "anyOf": [{ "required": [a] }, { "required": [b] }] });
     assert_eq!(
         schema["properties"]["tumour"]["oneOf"],

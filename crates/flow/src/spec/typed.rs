@@ -12,7 +12,7 @@ use serde_json::{Map, Value as Json};
 use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy};
 use supine_fem::{Load, RestState};
-use supine_space::{BedPose, Point, Side, Sphere};
+use supine_space::{Point, Side, Sphere, TablePose};
 use supine_volume::SeedKind;
 use supine_warp::Interpolation;
 
@@ -37,7 +37,7 @@ impl Case {
                 "left" => Side::Left,
                 _ => Side::Right,
             }),
-            bed: bed(given)?,
+            table: table_pose(given)?,
             tumour: tumour(given)?,
             seen: given.names("report.seen"),
             tolerance_mm: given.number("tolerance").unwrap_or(supine_report::TOLERANCE_MM),
@@ -91,8 +91,8 @@ impl Case {
     ///
     /// # Errors
     /// [`CaseError::Missing`].
-    pub fn bed(&self) -> Result<BedPose, CaseError> {
-        self.bed.ok_or_else(|| missing("bed.ap"))
+    pub fn table_pose(&self) -> Result<TablePose, CaseError> {
+        self.table.ok_or_else(|| missing("table.ap"))
     }
 
     /// The tumour.
@@ -108,16 +108,16 @@ impl Case {
     /// # Errors
     /// [`CaseError::Missing`].
     pub(crate) fn load(&self) -> Result<Load, CaseError> {
-        Ok(Load { ct: supine_space::supine(), target: self.bed()?.gravity() })
+        Ok(Load { ct: supine_space::supine(), target: self.table_pose()?.gravity() })
     }
 }
 
-fn bed(given: Given<'_>) -> Result<Option<BedPose>, CaseError> {
-    match (given.number("bed.ap"), given.number("bed.lat")) {
+fn table_pose(given: Given<'_>) -> Result<Option<TablePose>, CaseError> {
+    match (given.number("table.ap"), given.number("table.lat")) {
         (None, None) => Ok(None),
-        (Some(ap_deg), Some(lat_deg)) => Ok(Some(BedPose { ap_deg, lat_deg })),
-        (None, Some(_)) => Err(missing("bed.ap")),
-        (Some(_), None) => Err(missing("bed.lat")),
+        (Some(ap_deg), Some(lat_deg)) => Ok(Some(TablePose { ap_deg, lat_deg })),
+        (None, Some(_)) => Err(missing("table.ap")),
+        (Some(_), None) => Err(missing("table.lat")),
     }
 }
 

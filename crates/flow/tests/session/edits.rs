@@ -9,8 +9,11 @@ use std::sync::atomic::AtomicI64;
 use supine_flow::{Error, Freshness, Lane, NodeId, Request, Session, Spec, Unwatched};
 
 /// Parameters that are changed back and forth.
-const EDITS: &[(&str, [f64; 2])] =
-    &[("bed.ap", [7.0, -3.0]), ("tissue.young", [0.609, 1.1]), ("mesh.tetrahedra", [500.0, 400.0])];
+const EDITS: &[(&str, [f64; 2])] = &[
+    ("table.ap", [7.0, -3.0]),
+    ("tissue.young", [0.609, 1.1]),
+    ("mesh.tetrahedra", [500.0, 400.0]),
+];
 
 fn session(case: &str, base: &Path) -> Session {
     Session::new(Spec::from_text(case, base).unwrap(), 2).unwrap()
@@ -127,7 +130,8 @@ fn stale_labels_stay_to_be_looked_at_and_a_bad_edit_changes_nothing() {
     session.set("seeds.chest_wall", &serde_json::Value::Null).unwrap();
     assert_eq!(session.peek_labels().unwrap().1, Freshness::Fresh);
     let before = session.spec();
-    for (key, value) in [("bed.ap", json!(700)), ("bed.app", json!(1)), ("tissue.fat", json!(1.0))]
+    for (key, value) in
+        [("table.ap", json!(700)), ("table.app", json!(1)), ("tissue.fat", json!(1.0))]
     {
         assert!(session.set(key, &value).is_err(), "{key}");
         assert_eq!(session.spec(), before);

@@ -51,8 +51,8 @@ const GEOMETRY: &[Change<'_>] = &[
     ("exclude", "", NOTHING),
     ("assume_hu", "true", NOTHING),
     ("equalise_steps", "true", NOTHING),
-    ("bed.ap", "3.0", MESH),
-    ("bed.lat", "-4.0", MESH),
+    ("table.ap", "3.0", MESH),
+    ("table.lat", "-4.0", MESH),
     ("tumour.centre", "[90.0, -247.0, -594.5]", SPHERE),
     ("tumour.radius", "8.0", SPHERE),
     ("region.centre", "[92.0, -235.0, -594.5]", LABELS),
@@ -307,7 +307,7 @@ const ALL_STAGES: &str = "tissues = true\nexport = { pdf = true }\n[tissue]\nmap
 /// Changes that reach, together, every stage of such a case.
 const FULL_SIZE: &[Change<'_>] = &[
     ("carry.segmentation", "\"labels.dcm\"", SERIES),
-    ("bed.ap", "3.0", MESH),
+    ("table.ap", "3.0", MESH),
     ("mesh.tetrahedra", "450", LABELS),
     ("seeds.chest_wall", "[[60.0, -190.0, -594.5]]", NOTHING),
     ("equalise_steps", "true", NOTHING),

@@ -9,7 +9,7 @@ something that it rests on changes::
     session = supine.Session(
         ct="CT_FOLDER",
         breast="left",
-        bed={"ap": 7.0, "lat": 5.0},                                    # degrees
+        table={"ap": 7.0, "lat": 5.0},                                  # degrees
         tumour={"centre": (91.4, -248.1, -594.5), "radius": 9.0},       # LPS, mm
     )
     print(session.tumour)                  # 2.9 mm (95 %: 0.9 to 10.5 mm)

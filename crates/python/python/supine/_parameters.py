@@ -23,8 +23,8 @@ Array = npt.NDArray[np.floating[Any]] | npt.NDArray[np.integer[Any]]
 Point = Sequence[float] | Array
 
 
-class Bed(TypedDict, total=False):
-    """The table `bed`."""
+class Table(TypedDict, total=False):
+    """The table `table`."""
 
     ap: float | None
     """Tilt of the table: positive raises the head (degrees); -90 to 90. Default: required."""
@@ -237,7 +237,7 @@ class Values(Accepted, total=False):
     2."""
     tissues: bool | None
     """Label fat, gland, skin, tumour and implant too, for the report. Default: false."""
-    bed: Bed | None
+    table: Table | None
     tumour: Tumour | None
     report: Report | None
     region: Region | None

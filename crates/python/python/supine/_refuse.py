@@ -67,7 +67,7 @@ class Case(dict[str, Any]):
 
         def _refuse(self, *_: object, **__: object) -> NoReturn:
             raise TypeError(
-                "the values of a case are changed by session.set(...), such as session.set(bed={'ap': 3.0}); for a dict of "
+                "the values of a case are changed by session.set(...), such as session.set(table={'ap': 3.0}); for a dict of "
                 "your own copy this one: copy.deepcopy(session.case)"
             )
 

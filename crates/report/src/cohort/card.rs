@@ -145,7 +145,7 @@ fn facts(patient: &Patient, f: &Figures) -> Vec<(&'static str, String)> {
     });
     let modulus = format!("{} kPa{}, {}", fixed(f.young_kpa, 2), known.unwrap_or_default(), f.rest);
     facts.push(("Modulus, rest state", modulus));
-    let [ap, lat] = f.bed_deg.map(|deg| fixed(deg, 1));
+    let [ap, lat] = f.table_deg.map(|deg| fixed(deg, 1));
     facts.push(("Breast, table", format!("{}, AP {ap}°, LAT {lat}°", f.breast)));
     let [i, j, k] = f.size;
     let [x, y, z] = f.spacing_mm.map(|mm| fixed(mm, 2));

@@ -14,7 +14,7 @@ pub struct Figures {
     /// The patient's side.
     pub breast: String,
     /// Tilt of the table, AP and LAT, degrees.
-    pub bed_deg: [f64; 2],
+    pub table_deg: [f64; 2],
     /// Voxels of the CT along its axes.
     pub size: [usize; 3],
     /// Distance of their centres, mm.
@@ -63,7 +63,7 @@ impl Figures {
         let run = surfaces.find(|surface| surface.name == "run");
         Self {
             breast: s.position.breast.clone(),
-            bed_deg: [s.position.bed.ap_deg, s.position.bed.lat_deg],
+            table_deg: [s.position.table.ap_deg, s.position.table.lat_deg],
             size: s.ct.size,
             spacing_mm: s.ct.spacing_mm,
             radius_mm: s.parameters.region.radius_mm,

@@ -20,7 +20,11 @@ pub(crate) fn example() -> Summary {
         case: [("breast".to_string(), "left".into())].into_iter().collect(),
         position: Position {
             breast: "left".into(),
-            bed: Bed { ap_deg: 7.0, lat_deg: 5.0, gravity: [0.086506, 0.988769, -0.121869] },
+            table: TablePosition {
+                ap_deg: 7.0,
+                lat_deg: 5.0,
+                gravity: [0.086506, 0.988769, -0.121869],
+            },
             tumour: Some(ball),
         },
         inputs: vec![Input {

@@ -112,6 +112,23 @@ fn a_port_is_told_and_does_not_draw_the_wall_over_itself() {
 }
 
 #[test]
+fn what_is_left_out_as_lying_on_the_skin_is_told_with_volume_and_place() {
+    let bead: fn(&Point) -> Option<f64> =
+        |p| (in_electrode(p) && (p.x + APEX.x).hypot(p.z) < 4.0).then_some(3071.0);
+    let gel: fn(&Point) -> Option<f64> = |p| in_electrode(p).then_some(160.0);
+    for object in [bead, gel] {
+        let (_, info, _) = with(object);
+        let place = Point::new(-APEX.x, APEX.y - 2.5, APEX.z);
+        let near = |middle: &Point| (middle - place).norm() < 5.0;
+        let told = info.left_off.iter().find(|one| near(&one.middle));
+        assert!(told.is_some_and(|one| (0.1..4.0).contains(&one.ml)), "{:?}", info.left_off);
+        let warned = info.warnings.iter().find(|warning| warning.code() == "object-on-skin");
+        let text = warned.map(ToString::to_string).unwrap_or_default();
+        assert!(text.contains("left out of the patient"), "{text} {:?}", info.warnings);
+    }
+}
+
+#[test]
 fn wires_round_the_breastbone_are_no_device() {
     let object: fn(&Point) -> Option<f64> = |p| {
         let depth = -Thorax::above_ribs(p);

@@ -79,5 +79,7 @@ fn a_boundary_without_an_edge_is_uncertain_until_the_seeds_that_are_proposed_mak
 #[test]
 fn a_thorax_as_it_should_be_has_no_warning() {
     let (_, info) = run(&Thorax::default().ct(Matrix::identity()));
-    assert!(info.warnings.is_empty(), "{:?}", info.warnings);
+    // But for its wire on the skin.
+    let other = info.warnings.iter().filter(|warning| warning.code() != "object-on-skin");
+    assert_eq!(other.count(), 0, "{:?}", info.warnings);
 }

@@ -17,7 +17,7 @@ export const limits = { slider: 45, number: 90 };
 
 /** What the case says. @param {State} state @returns {Angles|null} */
 export function caseAngles(state) {
-  const { "bed.ap": ap, "bed.lat": lat } = state.server?.case?.values ?? {};
+  const { "table.ap": ap, "table.lat": lat } = state.server?.case?.values ?? {};
   return typeof ap === "number" && typeof lat === "number" ? { ap, lat } : null;
 }
 
@@ -131,7 +131,7 @@ export async function setAngles(bed) {
     const [{ bed: newest }, began] = [now(), seen];
     const edits = newest && began ? editsOf(newest, began) : [];
     if (!now().turning) seen = null;
-    sent = newest && { "bed.ap": newest.ap, "bed.lat": newest.lat };
+    sent = newest && { "table.ap": newest.ap, "table.lat": newest.lat };
     if (edits.length > 0 && !await edit(edits, began ?? {}) && !again) change({ bed: caseAngles(now()) });
   }
   sending = false;
@@ -142,7 +142,7 @@ export async function setAngles(bed) {
 }
 
 /** Only what the hand has changed: the other angle may be another window's. @param {Angles} bed @param {Record<string, any>} before */
-const editsOf = (bed, before) => [{ key: "bed.ap", value: bed.ap }, { key: "bed.lat", value: bed.lat }]
+const editsOf = (bed, before) => [{ key: "table.ap", value: table.ap }, { key: "table.lat", value: table.lat }]
   .filter(({ key, value }) => before[key] !== value);
 
 /** The simulated CT of these very angles is in the page. @param {State} state */

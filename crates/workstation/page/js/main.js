@@ -11,6 +11,7 @@ import { drawShell, makeHeader, speak, useTheme } from "./shell.js";
 import { change, follow, now, planes } from "./state.js";
 import { makePanels } from "./steps/panels.js";
 import { followSeeds } from "./tools/seeds.js";
+import { printPictures } from "./views/paper.js";
 import { makeScene } from "./views/scene.js";
 import { makeSlice } from "./views/slice.js";
 import { followServer } from "./volumes.js";
@@ -58,6 +59,7 @@ function drawOnChange(views, drawPanels) {
 function start() {
   takeToken();
   restoreLook();
+  printPictures(() => document.querySelectorAll(".view"));
   const help = makeHelp();
   makeHeader(help);
   const views = [...planes.map(makeSlice), makeScene()];

@@ -92,7 +92,7 @@ function drawWarnings(state) {
 }
 
 /** Values by their keys, as the panels call them. @type {Record<string, string>} */
-const names = { "bed.ap": "bed, AP", "bed.lat": "bed, LAT", "tumour.centre": "tumour\u2019s centre", "tumour.radius": "tumour\u2019s radius",
+const names = { "table.ap": "table, AP", "table.lat": "table, LAT", "tumour.centre": "tumour\u2019s centre", "tumour.radius": "tumour\u2019s radius",
   "tumour.structure": "tumour, as a region", "region.centre": "region\u2019s centre", "region.radius": "region\u2019s radius" };
 
 /** A value of the case in words. @param {any} value */

@@ -4,7 +4,7 @@ use crate::navigation::follow::Navigation;
 use crate::server::app::App;
 use crate::server::doors::Guest;
 use crate::server::guard::is_same;
-use crate::workers::bed::{Applicator, Frames, PreviewRequest, Table};
+use crate::workers::tilt::{Applicator, Frames, PreviewRequest, Table};
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{ConnectInfo, State};
 use axum::response::Response;
@@ -25,7 +25,8 @@ const MOST: usize = 4096;
 #[serde(rename_all = "lowercase")]
 enum Said {
     /// The live picture of the table.
-    Bed(Table),
+    #[serde(rename = "bed")]
+    Table(Table),
     /// The same with an applicator.
     Applicator(Box<Applicator>),
 }
@@ -95,7 +96,7 @@ async fn tell(app: &App, socket: &mut WebSocket) {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(Message::Text(text))) => {
                     match serde_json::from_str(&text) {
-                        Ok(Said::Bed(asked)) => app.live.tilt(PreviewRequest::Table(asked), &frames),
+                        Ok(Said::Table(asked)) => app.live.tilt(PreviewRequest::Table(asked), &frames),
                         Ok(Said::Applicator(asked)) => {
                             app.live.tilt(PreviewRequest::Applicator(asked), &frames);
                         }

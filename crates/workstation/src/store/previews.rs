@@ -45,7 +45,7 @@ pub(crate) enum Readiness {
 /// Where the tumour went in the preview, and on which table.
 #[derive(Clone, Copy, Debug)]
 struct Previewed {
-    bed: [f64; 2],
+    angles: [f64; 2],
     tumour: Option<Point>,
 }
 
@@ -55,13 +55,15 @@ pub(crate) struct Previews {
     #[serde(skip)]
     previewed: Option<Previewed>,
     live: LiveShown,
-    preview_bed: PreviewShown,
-    preview_applicator: PreviewShown,
+    #[serde(rename = "preview_bed")]
+    table: PreviewShown,
+    #[serde(rename = "preview_applicator")]
+    applicator: PreviewShown,
 }
 
 impl Previews {
     pub(crate) fn set_share(&mut self, share: f64) {
-        (self.live.share, self.preview_bed.share) = (Some(share), Some(share));
+        (self.live.share, self.table.share) = (Some(share), Some(share));
     }
 
     /// Whether labels can follow a brush.
@@ -94,47 +96,47 @@ impl Previews {
 
     /// What could not be made of the case before may be possible now.
     pub(super) fn try_again(&mut self) {
-        if self.preview_bed.state == Readiness::Failed {
-            self.preview_bed = PreviewShown::default();
+        if self.table.state == Readiness::Failed {
+            self.table = PreviewShown::default();
         }
     }
 
-    pub(crate) fn set_bed(
+    pub(crate) fn set_table(
         &mut self,
         state: Readiness,
         message: Option<String>,
         tetrahedra: Option<usize>,
     ) {
-        let shown = &mut self.preview_bed;
+        let shown = &mut self.table;
         (shown.state, shown.message, shown.tetrahedra) = (state, message, tetrahedra);
         shown.share = None;
     }
 
     pub(crate) fn set_applicator(&mut self, state: Readiness, message: Option<String>) {
-        let shown = &mut self.preview_applicator;
+        let shown = &mut self.applicator;
         (shown.state, shown.message) = (state, message);
     }
 
     pub(crate) fn has_applicator(&self) -> bool {
-        self.preview_applicator.state == Readiness::Ready
+        self.applicator.state == Readiness::Ready
     }
 
     /// The table was tilted: where the tumour went.
-    pub(crate) fn tilted(&mut self, session: &Session, bed: [f64; 2], tumour: Option<Point>) {
-        self.previewed = Some(Previewed { bed, tumour });
+    pub(crate) fn tilted(&mut self, session: &Session, angles: [f64; 2], tumour: Option<Point>) {
+        self.previewed = Some(Previewed { angles, tumour });
         self.compare(session);
     }
 
     pub(super) fn compare(&mut self, session: &Session) {
-        self.preview_bed.final_mm = self.off_mm(session);
+        self.table.final_mm = self.off_mm(session);
     }
 
     /// How far off the preview has the tumour from where the planning mesh has it; nothing while
     /// either is not there, or both are of different tables.
     fn off_mm(&self, session: &Session) -> Option<f64> {
         let previewed = self.previewed?;
-        let bed = session.case().bed?;
-        let same = previewed.bed == [bed.ap_deg, bed.lat_deg];
+        let table = session.case().table?;
+        let same = previewed.angles == [table.ap_deg, table.lat_deg];
         let (movement, _) = session.peek_tumour().filter(|_| same)?;
         Some((Point::from(movement.after_mm) - previewed.tumour?).norm())
     }

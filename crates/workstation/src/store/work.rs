@@ -267,7 +267,7 @@ fn advice(error: &Error) -> Option<&'static str> {
     match key.split('.').next() {
         Some("breast") => Some("Choose left or right in step 2, Mark."),
         Some("tumour") => Some("Place it in step 2, Mark."),
-        Some("bed") => Some("Give both angles in step 4, Bed."),
+        Some("table") => Some("Give both angles in step 4, Table."),
         _ => None,
     }
 }

@@ -4,14 +4,15 @@
 use crate::Error;
 use crate::navigation::follow::Following;
 use crate::store::previews::Readiness;
-use crate::workers::bed::{self, BedWish, Frames, PreviewRequest};
+
 use crate::workers::objects;
 use crate::workers::reporter::Reporter;
+use crate::workers::tilt::{self, Frames, PreviewRequest, TiltWish};
 use crate::workspace::Workspace;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use supine_flow::{Freshness, Lane, LiveBed, NodeId, Request, Session};
+use supine_flow::{Freshness, Lane, LiveTilt, NodeId, Request, Session};
 
 /// What is wanted beside the work, the most urgent last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,7 +20,7 @@ enum Wish {
     /// The CT made ready, so that labels can follow.
     Prepare,
     /// The table tilted.
-    Bed,
+    Tilt,
     /// Labels of the seeds that are given now.
     Labels,
 }
@@ -30,7 +31,7 @@ pub(crate) struct Live {
     following: Arc<Following>,
     wanted: Mutex<Wanted>,
     /// The preview of the table, kept as long as it is of what is open.
-    bed: Mutex<Option<LiveBed>>,
+    tilt: Mutex<Option<LiveTilt>>,
 }
 
 #[derive(Default)]
@@ -42,7 +43,7 @@ struct Wanted {
 
 enum Task {
     Prepare(Arc<Session>),
-    Bed(BedWish),
+    Tilt(TiltWish),
     Labels(Arc<Session>),
 }
 
@@ -60,21 +61,21 @@ impl Wanted {
 
 impl Live {
     pub(crate) fn new(workspace: Arc<Workspace>, following: Arc<Following>) -> Arc<Self> {
-        let (wanted, bed) = (Mutex::default(), Mutex::default());
-        Arc::new(Self { workspace, following, wanted, bed })
+        let (wanted, tilt) = (Mutex::default(), Mutex::default());
+        Arc::new(Self { workspace, following, wanted, tilt })
     }
 
     fn wanted(&self) -> MutexGuard<'_, Wanted> {
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn bed(&self) -> MutexGuard<'_, Option<LiveBed>> {
-        self.bed.lock().unwrap_or_else(PoisonError::into_inner)
+    fn kept_tilt(&self) -> MutexGuard<'_, Option<LiveTilt>> {
+        self.tilt.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Ends the making ready: other work does the same with more threads.
     pub(crate) fn make_way(&self) {
-        self.wanted().interrupt(Wish::Bed);
+        self.wanted().interrupt(Wish::Tilt);
     }
 
     /// Ends all of it.
@@ -88,7 +89,7 @@ impl Live {
 
     /// Lets the preview go, with the CT that it holds.
     pub(crate) fn drop_preview(&self) {
-        *self.bed() = None;
+        *self.kept_tilt() = None;
     }
 
     /// Labels that are looked at follow the case, and so do objects that it carries along.
@@ -109,7 +110,7 @@ impl Live {
     /// Tilts the table for a page.
     pub(crate) fn tilt(self: &Arc<Self>, asked: PreviewRequest, to: &Frames) {
         let Ok(session) = self.workspace.look(|store| store.case.session()) else { return };
-        self.want(Wish::Bed, Task::Bed(BedWish { session, asked, to: to.clone() }));
+        self.want(Wish::Tilt, Task::Tilt(TiltWish { session, asked, to: to.clone() }));
     }
 
     fn want(self: &Arc<Self>, wish: Wish, task: Task) {
@@ -151,12 +152,12 @@ impl Live {
     fn make(&self, task: &Task, report: &Reporter) -> Result<(), Error> {
         match task {
             Task::Labels(session) => make_labels(session, report),
-            Task::Bed(wish) => bed::preview(&mut self.bed(), wish, &self.following, report),
+            Task::Tilt(wish) => tilt::preview(&mut self.kept_tilt(), wish, &self.following, report),
             Task::Prepare(session) => {
                 make_ready(session, report)?;
                 // The table comes next.
                 if session.is_fresh(NodeId::Region) {
-                    bed::keep(&mut self.bed(), session, report)?;
+                    tilt::keep(&mut self.kept_tilt(), session, report)?;
                 }
                 Ok(())
             }

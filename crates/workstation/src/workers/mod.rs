@@ -1,6 +1,5 @@
 //! The threads that work: each gets what it needs, and reports what becomes of it.
 
-pub(crate) mod bed;
 pub(crate) mod carry;
 pub(crate) mod edit;
 pub(crate) mod file_watch;
@@ -13,3 +12,4 @@ pub(crate) mod picture;
 pub(crate) mod reporter;
 pub(crate) mod run;
 pub(crate) mod send;
+pub(crate) mod tilt;

@@ -148,8 +148,8 @@ fn two_hundred_edits_with_undo_leave_what_a_cold_open_finds() {
         let x = dice.below(400) as f64 / 10.0 - 20.0;
         let point = json!([x, -200.0, -590.0 + x]);
         let change = match dice.below(9) {
-            0 => json!([{ "key": "bed.ap", "value": x }]),
-            1 => json!([{ "key": "bed.lat", "value": x / 2.0 }]),
+            0 => json!([{ "key": "table.ap", "value": x }]),
+            1 => json!([{ "key": "table.lat", "value": x / 2.0 }]),
             2 => json!([{ "key": "tumour.radius", "value": 5.0 + x.abs() / 4.0 }]),
             3 => json!([{ "key": "region.centre", "value": [91.0 + x, -235.0, -594.5] },
                         { "key": "region.radius", "value": 60.0 + x }]),

@@ -196,9 +196,9 @@ fn edits_are_in_the_file_are_taken_back_and_refused_when_somebody_was_faster() {
             &json!({ "revision": revision, "edits": [{ "key": key, "value": value }] }),
         )
     };
-    assert_eq!(edit(revision, "bed.ap", json!(3.0)).status, 200);
+    assert_eq!(edit(revision, "table.ap", json!(3.0)).status, 200);
     // The second of two windows.
-    let answer = edit(revision, "bed.ap", json!(4.0));
+    let answer = edit(revision, "table.ap", json!(4.0));
     assert_eq!(answer.status, 409);
     // What was not given out: files are named by numbers alone.
     for key in ["labels.file", "seeds.file", "carry.dose", "carry", "ct"] {
@@ -215,12 +215,12 @@ fn edits_are_in_the_file_are_taken_back_and_refused_when_somebody_was_faster() {
     assert!(answer.text().contains("another window"), "{}", answer.text());
     let state = page.get("/api/state").json();
     assert_eq!(
-        (&state["case"]["values"]["bed.ap"], &state["case"]["can_undo"]),
+        (&state["case"]["values"]["table.ap"], &state["case"]["can_undo"]),
         (&json!(3.0), &json!(true))
     );
     let on_disk = std::fs::read_to_string(&path).unwrap();
     assert!(on_disk.starts_with("# Looked at by nobody yet") && on_disk != before, "{on_disk}");
-    assert_eq!(edit(revision + 1, "bed.ap", json!(500)).status, 400);
+    assert_eq!(edit(revision + 1, "table.ap", json!(500)).status, 400);
     assert_eq!(edit(revision + 1, "no.such", json!(1)).status, 400);
     assert_eq!(page.post("/api/undo", &json!({ "revision": revision + 1 })).status, 200);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), before);
@@ -228,7 +228,7 @@ fn edits_are_in_the_file_are_taken_back_and_refused_when_somebody_was_faster() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), on_disk);
     // Another program.
     std::fs::write(&path, &before).unwrap();
-    assert_eq!(edit(revision + 3, "bed.ap", json!(1.0)).status, 409);
+    assert_eq!(edit(revision + 3, "table.ap", json!(1.0)).status, 409);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), before);
 }
 
@@ -276,7 +276,7 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     let state = page.idle();
     assert_eq!((stage(&state, "mesh"), fresh(&state)), (json!("done"), vec![true; 3]));
     let revision = &state["revision"];
-    let edits = json!([{ "key": "bed.ap", "value": 2.0 }]);
+    let edits = json!([{ "key": "table.ap", "value": 2.0 }]);
     page.post("/api/edit", &json!({ "revision": revision, "edits": edits }));
     let state = page.idle();
     assert_eq!((stage(&state, "solve"), stage(&state, "segment")), (json!("stale"), json!("done")));
@@ -328,7 +328,7 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     let told = other["problem"]["message"].as_str().unwrap();
     assert!(told.contains("run it again") && fresh(&other) == [true], "{told}");
     // What was written is of the case before the next change.
-    let edits = json!([{ "key": "bed.ap", "value": 1.0 }]);
+    let edits = json!([{ "key": "table.ap", "value": 1.0 }]);
     let revision = page.idle()["revision"].clone();
     page.post("/api/edit", &json!({ "revision": revision, "edits": edits }));
     what_was_written_is_old_until_the_change_is_taken_back(&page, &state);

@@ -148,7 +148,7 @@ fn a_case_file_that_another_program_changes_is_taken_over_and_what_was_before_is
     let warned = old["warnings"].as_array().unwrap();
     assert!(warned.iter().all(|one| one["old"] == (one["stage"] == "region")), "{warned:?}");
     // A page that has not heard of it is told so.
-    let edits = json!([{ "key": "bed.ap", "value": 1.0 }]);
+    let edits = json!([{ "key": "table.ap", "value": 1.0 }]);
     std::fs::write(&path, &text).unwrap();
     let asked = json!({ "revision": old["revision"], "edits": edits });
     assert_eq!(page.post("/api/edit", &asked).status, 409);

@@ -31,8 +31,8 @@ const FIRST: [&str; 8] = [
     "ct",
     "series",
     "breast",
-    "bed.ap",
-    "bed.lat",
+    "table.ap",
+    "table.lat",
     "tumour.centre",
     "tumour.radius",
     "tumour.structure",
@@ -44,10 +44,10 @@ impl Page<'_> {
         self.ct(&mut text);
         self.breast(&mut text);
         text += &format!(
-            "\n# {}\n# {} (AP); {} (LAT)\n# FILL IN: bed = {{ ap = 7.0, lat = 5.0 }}\n",
+            "\n# {}\n# {} (AP); {} (LAT)\n# FILL IN: table = {{ ap = 7.0, lat = 5.0 }}\n",
             "tilt of the operating table, degrees",
-            help("bed.ap"),
-            help("bed.lat")
+            help("table.ap"),
+            help("table.lat")
         );
         self.tumour(&mut text);
         text +=

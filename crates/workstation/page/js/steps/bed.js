@@ -30,7 +30,7 @@ function angle(id, name, told) {
   });
   const root = element("div", { class: "angle" }, number.root, slider);
   const draw = (/** @type {State} */ state) => {
-    const value = state.bed?.[id] ?? state.server?.case?.values[`bed.${id}`];
+    const value = state.bed?.[id] ?? state.server?.case?.values[`table.${id}`];
     if (typeof value !== "number" || slider.matches(":active")) return;
     show(number.field, String(value));
     show(slider, String(onSlider(value)));
@@ -67,8 +67,8 @@ function meaning() {
   const root = element("p", { class: "quiet" });
   return { root, draw: (state) => {
     const values = state.server?.case?.values ?? {};
-    const head = turned(state.bed?.ap ?? values["bed.ap"], "AP", ["the head is raised", "the head is lowered"]);
-    const left = turned(state.bed?.lat ?? values["bed.lat"], "LAT",
+    const head = turned(state.bed?.ap ?? values["table.ap"], "AP", ["the head is raised", "the head is lowered"]);
+    const left = turned(state.bed?.lat ?? values["table.lat"], "LAT",
       ["the patient\u2019s left side is lowered", "the patient\u2019s left side is raised"]);
     say(root, `${head}; ${left}.`);
   } };
@@ -77,8 +77,8 @@ function meaning() {
 /** What is seen while the bed turns. @returns {Part} */
 function picture() {
   return part("picture", ({ previewOn }) => previewOn, (on) => [
-    element("h3", {}, "While the bed turns"),
-    element("div", { class: "choices", role: "group", "aria-label": "While the bed turns" },
+    element("h3", {}, "While the table tilts"),
+    element("div", { class: "choices", role: "group", "aria-label": "While the table tilts" },
       element("button", { type: "button", "data-key": "preview", "aria-pressed": String(on), onclick: () => change({ previewOn: true }) }, "Show preview"),
       element("button", { type: "button", "data-key": "acquired", "aria-pressed": String(!on), onclick: () => change({ previewOn: false }) },
         "CT as acquired"))]);

@@ -20,7 +20,7 @@ export function makePanels(root) {
     open: panel("open", "1 Open", [...openParts(), facts(), save(), another()]),
     mark: panel("mark", "2 Mark", markParts()),
     segment: panel("segment", "3 Segment", segmentParts()),
-    bed: panel("bed", "4 Bed", bedParts()),
+    bed: panel("bed", "4 Table", bedParts()),
     check: panel("check", "5 Check", checkParts()),
     export: panel("export", "6 Export", exportParts()),
   };

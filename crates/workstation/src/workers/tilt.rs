@@ -9,8 +9,8 @@ use crate::workers::reporter::Reporter;
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Instant;
-use supine_flow::{Applied, Lane, LiveBed, Request, Session};
-use supine_space::{BedPose, Pose, Vector};
+use supine_flow::{Applied, Lane, LiveTilt, Request, Session};
+use supine_space::{Pose, TablePose, Vector};
 use supine_volume::Ct;
 use tokio::sync::watch;
 
@@ -72,7 +72,7 @@ pub(crate) enum PreviewRequest {
 
 /// A question with where its answer goes.
 #[derive(Clone)]
-pub(crate) struct BedWish {
+pub(crate) struct TiltWish {
     pub(crate) session: Arc<Session>,
     pub(crate) asked: PreviewRequest,
     pub(crate) to: Frames,
@@ -86,7 +86,7 @@ impl PreviewRequest {
         }
     }
 
-    fn bed(&self) -> [f64; 2] {
+    fn angles(&self) -> [f64; 2] {
         match self {
             Self::Table(table) => [table.ap, table.lat],
             Self::Applicator(applicator) => [applicator.ap, applicator.lat],
@@ -94,11 +94,11 @@ impl PreviewRequest {
     }
 
     /// The tilt, where it is one.
-    fn pose(&self) -> Result<BedPose, Error> {
-        let [ap_deg, lat_deg] = self.bed();
+    fn pose(&self) -> Result<TablePose, Error> {
+        let [ap_deg, lat_deg] = self.angles();
         let within = |degrees: f64| (-90.0..=90.0).contains(&degrees);
         (within(ap_deg) && within(lat_deg))
-            .then_some(BedPose { ap_deg, lat_deg })
+            .then_some(TablePose { ap_deg, lat_deg })
             .ok_or_else(|| Error::Request("the tilt is out of range".into()))
     }
 }
@@ -134,20 +134,20 @@ impl Applicator {
 /// # Errors
 /// When it cannot be made, or a newer wish ends the work.
 pub(crate) fn preview(
-    kept: &mut Option<LiveBed>,
-    wish: &BedWish,
+    kept: &mut Option<LiveTilt>,
+    wish: &TiltWish,
     following: &Following,
     report: &Reporter,
 ) -> Result<(), Error> {
-    let BedWish { session, asked, to } = wish;
+    let TiltWish { session, asked, to } = wish;
     let pose = asked.pose()?;
-    let still = kept.as_ref().is_some_and(|bed| bed.is_still_of(session));
+    let still = kept.as_ref().is_some_and(|tilt| tilt.is_still_of(session));
     if !still {
         keep(kept, session, report)?;
     }
-    let bed = kept.as_mut().ok_or(Error::Broken)?;
+    let tilt = kept.as_mut().ok_or(Error::Broken)?;
     let start = Instant::now();
-    let grids = views(bed.ct().grid());
+    let grids = views(tilt.ct().grid());
     let number = |(name, slice): &(String, usize)| {
         Some((grids.iter().find(|view| view.is(name))?.normal(), *slice))
     };
@@ -155,33 +155,33 @@ pub(crate) fn preview(
     if let PreviewRequest::Applicator(applicator) = asked
         && applicator.followed
     {
-        bed.take_out();
-        session.on_live(|| bed.turn(pose, &seen))?;
+        tilt.take_out();
+        session.on_live(|| tilt.turn(pose, &seen))?;
         report.change(|store| store.previews.set_applicator(Readiness::Ready, None));
-        let frame = followed(bed, applicator, following, start);
+        let frame = followed(tilt, applicator, following, start);
         to.send_replace(Some(Arc::new(frame.bytes)));
         return Ok(());
     }
     let centre = session.tumour_sphere().map(|tumour| tumour.centre());
     let contact = match asked {
         PreviewRequest::Table(_) => {
-            bed.take_out();
-            session.on_live(|| bed.turn(pose, &seen))?;
+            tilt.take_out();
+            session.on_live(|| tilt.turn(pose, &seen))?;
             None
         }
         PreviewRequest::Applicator(applicator) => {
             let (applied, moved) = (applicator.applied()?, applicator.moved());
-            Some(hold(bed, session, (&applied, pose), &moved, &seen, report)?)
+            Some(hold(tilt, session, (&applied, pose), &moved, &seen, report)?)
         }
     };
-    let after = centre.and_then(|centre| bed.carried(&centre));
+    let after = centre.and_then(|centre| tilt.carried(&centre));
     let moved = centre.zip(after).map(|(before, after)| (after - before).norm());
-    let planes = cut(bed, asked.planes(), None);
+    let planes = cut(tilt, asked.planes(), None);
     let ms = start.elapsed().as_secs_f64() * 1000.0;
     let mut frame = Frame::default();
     match contact {
         None => {
-            let [ap, lat] = asked.bed();
+            let [ap, lat] = asked.angles();
             frame.head(TABLE, [ap, lat, moved.unwrap_or(f64::NAN), ms], &planes);
         }
         Some(contact) => {
@@ -190,12 +190,12 @@ pub(crate) fn preview(
             let place = after.map_or([f64::NAN; 3], |p| p.coords.into());
             let away = contact.away_mm.unwrap_or(f64::NAN);
             let radius = session.tumour_sphere().map_or(f64::NAN, |tumour| tumour.radius());
-            let [ap, lat] = asked.bed();
+            let [ap, lat] = asked.angles();
             frame.numbers(&[place[0], place[1], place[2], away, away - radius, ap, lat, 0.0]);
         }
     }
     if contact.is_none() {
-        report.change(|store| store.previews.tilted(session, asked.bed(), after));
+        report.change(|store| store.previews.tilted(session, asked.angles(), after));
     }
     // Last: who has the picture finds the state that goes with it.
     to.send_replace(Some(Arc::new(frame.bytes)));
@@ -204,14 +204,14 @@ pub(crate) fn preview(
 
 /// The table as the preview has it, with the CT that a navigation carries where it has one.
 fn followed(
-    bed: &LiveBed,
+    tilt: &LiveTilt,
     applicator: &Applicator,
     following: &Following,
     start: Instant,
 ) -> Frame {
     let picture = following.picture();
-    let over = picture.as_ref().map(|picture| Over::new(&picture.ct, bed.ct().grid()));
-    let planes = cut(bed, &applicator.planes, over.as_ref());
+    let over = picture.as_ref().map(|picture| Over::new(&picture.ct, tilt.ct().grid()));
+    let planes = cut(tilt, &applicator.planes, over.as_ref());
     let answer = picture.as_ref().and_then(|picture| picture.answer.as_ref());
     let of = |number: Option<f64>| number.unwrap_or(f64::NAN);
     let moved = of(answer.and_then(|answer| answer.moved_mm));
@@ -228,9 +228,9 @@ fn followed(
 
 /// Moves the applicator; what it fails with is told.
 fn hold(
-    bed: &mut LiveBed,
+    tilt: &mut LiveTilt,
     session: &Session,
-    applied: (&Applied, BedPose),
+    applied: (&Applied, TablePose),
     moved: &Pose,
     seen: &[(usize, usize)],
     report: &Reporter,
@@ -242,7 +242,7 @@ fn hold(
         show(Readiness::Preparing, None);
     }
     let centre = session.tumour_sphere().map(|tumour| tumour.centre());
-    match session.on_live(|| bed.hold(applied, moved, centre.as_ref(), seen)) {
+    match session.on_live(|| tilt.hold(applied, moved, centre.as_ref(), seen)) {
         Ok(contact) => {
             show(Readiness::Ready, None);
             Ok(contact)
@@ -259,11 +259,11 @@ fn hold(
 /// # Errors
 /// When it cannot be made, or a newer wish ends the work.
 pub(crate) fn keep(
-    kept: &mut Option<LiveBed>,
+    kept: &mut Option<LiveTilt>,
     session: &Session,
     report: &Reporter,
 ) -> Result<(), Error> {
-    let is_of = kept.as_mut().is_some_and(|bed| bed.is_of(session).unwrap_or(false));
+    let is_of = kept.as_mut().is_some_and(|tilt| tilt.is_of(session).unwrap_or(false));
     if !is_of {
         // Two are never held at once.
         *kept = None;
@@ -272,16 +272,16 @@ pub(crate) fn keep(
     Ok(())
 }
 
-fn new_preview(session: &Session, report: &Reporter) -> Result<LiveBed, Error> {
+fn new_preview(session: &Session, report: &Reporter) -> Result<LiveTilt, Error> {
     let show = |state: Readiness, message: Option<String>, tetrahedra: Option<usize>| {
-        report.change(|store| store.previews.set_bed(state, message, tetrahedra));
+        report.change(|store| store.previews.set_table(state, message, tetrahedra));
     };
     show(Readiness::Preparing, None, None);
     let request = Request { observer: report, lane: Lane::Live, ..Request::default() };
-    match LiveBed::new(session, &request) {
-        Ok(bed) => {
-            show(Readiness::Ready, None, Some(bed.tetrahedra()));
-            Ok(bed)
+    match LiveTilt::new(session, &request) {
+        Ok(tilt) => {
+            show(Readiness::Ready, None, Some(tilt.tetrahedra()));
+            Ok(tilt)
         }
         Err(supine_flow::Error::Stopped) => {
             show(Readiness::None, None, None);
@@ -306,24 +306,24 @@ struct Patch {
 }
 
 /// The planes of the preview; `over`: what takes its place where there is some.
-fn cut(bed: &LiveBed, planes: &[(String, usize)], over: Option<&Over<'_>>) -> Vec<Patch> {
-    let all = views(bed.ct().grid());
+fn cut(tilt: &LiveTilt, planes: &[(String, usize)], over: Option<&Over<'_>>) -> Vec<Patch> {
+    let all = views(tilt.ct().grid());
     let patch = |(name, slice): &(String, usize)| {
         let view = all.iter().position(|view| view.is(name))?;
         let (n, shown) = (u32::try_from(view).ok()?, &all[view]);
-        let is_there = *slice < bed.ct().grid().size()[shown.normal()];
-        is_there.then(|| differs(bed, (n, shown), *slice, over))
+        let is_there = *slice < tilt.ct().grid().size()[shown.normal()];
+        is_there.then(|| differs(tilt, (n, shown), *slice, over))
     };
     planes.iter().filter_map(patch).collect()
 }
 
 fn differs(
-    bed: &LiveBed,
+    tilt: &LiveTilt,
     (view, shown): (u32, &ViewShown),
     slice: usize,
     over: Option<&Over<'_>>,
 ) -> Patch {
-    let (old, new): (&Ct, &Ct) = (bed.acquired(), bed.ct());
+    let (old, new): (&Ct, &Ct) = (tilt.acquired(), tilt.ct());
     let (size, [right, down]) = (new.grid().size(), shown.sides());
     let voxel = |x: usize, y: usize| {
         let mut voxel = [slice; 3];

@@ -12,7 +12,7 @@ use supine_fem::{
     Tilt,
 };
 use supine_mesh::{Deformation, Displacement, Edges, Located, Locator, Order, Split};
-use supine_space::{BedPose, Point, Pose, Progress, Vector, supine};
+use supine_space::{Point, Pose, Progress, TablePose, Vector, supine};
 use supine_tetrahedralise::Refinement;
 use supine_volume::Ct;
 use supine_warp::{Fading, Frames, Interpolation};
@@ -69,7 +69,7 @@ impl Applied {
 /// eighths of each tetrahedron. It has the tissue of the case, with what was fitted to scans where
 /// that is held.
 #[derive(Debug)]
-pub struct LiveBed {
+pub struct LiveTilt {
     made_of: MadeOf,
     /// What was given when that was last looked at.
     spec: Arc<Spec>,
@@ -77,7 +77,7 @@ pub struct LiveBed {
     params: Params,
     tilt: Tilt,
     /// An applicator, how it was put in, and on which table.
-    applicator: Option<(Applicator, Applied, BedPose)>,
+    applicator: Option<(Applicator, Applied, TablePose)>,
     carrier: Carrier,
 }
 
@@ -112,7 +112,7 @@ impl MadeOf {
     }
 }
 
-impl LiveBed {
+impl LiveTilt {
     /// A preview of what is given now, on a level table. What it rests on is made in the session's
     /// lane that the request names, the preview itself in the live lane; not to be called from
     /// there.
@@ -161,8 +161,8 @@ impl LiveBed {
     ///
     /// # Errors
     /// When no equilibrium is found: all then stays as it was.
-    pub fn turn(&mut self, bed: BedPose, seen: &[(usize, usize)]) -> Result<(), Error> {
-        let step = self.tilt.turn(&bed.gravity())?;
+    pub fn turn(&mut self, pose: TablePose, seen: &[(usize, usize)]) -> Result<(), Error> {
+        let step = self.tilt.turn(&pose.gravity())?;
         // The factor is getting old: another is made while the picture is.
         if step.corrections > FEW || step.by_newton {
             self.tilt.renew_beside();
@@ -178,21 +178,21 @@ impl LiveBed {
     /// When it holds no tissue, or no equilibrium is found: it then stays where it was.
     pub fn hold(
         &mut self,
-        (applied, bed): (&Applied, BedPose),
+        (applied, table): (&Applied, TablePose),
         pose: &Pose,
         tumour: Option<&Point>,
         seen: &[(usize, usize)],
     ) -> Result<ContactResult, Error> {
-        let there = self.applicator.take().filter(|(_, of, on)| of == applied && *on == bed);
+        let there = self.applicator.take().filter(|(_, of, on)| of == applied && *on == table);
         let mut held = if let Some(there) = there {
             there
         } else {
-            let load = Load { ct: supine(), target: bed.gravity() };
+            let load = Load { ct: supine(), target: table.gravity() };
             let rigid = applied.body();
             let insertion = Insertion::new(&rigid, applied.contact());
             let none = Progress::none();
             let attached = Applicator::attach(&self.body, &load, &self.params, &insertion, none)?;
-            (attached.0, *applied, bed)
+            (attached.0, *applied, table)
         };
         let step = held.0.step(pose);
         // One that could not go there stays where it was.

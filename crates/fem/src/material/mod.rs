@@ -1,4 +1,11 @@
 //! The compressible neo-Hookean solid: energy, stress, tangent.
+//!
+//! The only place that writes its closed form: for one point here, for several elements at once in
+//! [`packed`].
+
+mod packed;
+
+pub(crate) use packed::{Nine, PackedGradient, PackedNeoHookean, Triple};
 
 use crate::Tissue;
 use nalgebra::SymmetricEigen;
@@ -11,9 +18,9 @@ use supine_space::{Matrix, Vector};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NeoHookean {
     /// Shear modulus μ, kPa.
-    pub(crate) mu: f64,
+    mu: f64,
     /// λ, kPa.
-    pub(crate) lambda: f64,
+    lambda: f64,
 }
 
 /// The deformation gradient at a point.
@@ -69,6 +76,17 @@ impl NeoHookean {
         Self { mu: e / (2.0 * (1.0 + nu)), lambda: e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) }
     }
 
+    /// That of two Lamé parameters, kPa.
+    #[cfg(test)]
+    pub(crate) const fn of_lame(mu: f64, lambda: f64) -> Self {
+        Self { mu, lambda }
+    }
+
+    /// The shear modulus at small strain, kPa.
+    pub(crate) fn shear_kpa(&self) -> f64 {
+        self.mu
+    }
+
     /// Energy Ψ per stress-free volume, kPa.
     #[cfg(test)]
     pub(crate) fn energy(&self, d: &Gradient) -> f64 {
@@ -78,7 +96,7 @@ impl NeoHookean {
     }
 
     /// c = λ ln J − μ, kPa: the factor of F^-T in stress and tangent.
-    pub(crate) fn c(&self, d: &Gradient) -> f64 {
+    fn c(&self, d: &Gradient) -> f64 {
         self.lambda * d.ln_j - self.mu
     }
 
@@ -87,6 +105,39 @@ impl NeoHookean {
     /// Row = current axis, column = stress-free axis.
     pub(crate) fn stress(&self, d: &Gradient) -> Matrix {
         d.f() * self.mu + d.inverse_transpose * self.c(d)
+    }
+
+    /// Change of P where F changes by `df`, kPa: dP = μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T.
+    pub(crate) fn stress_change(&self, d: &Gradient, df: &Matrix) -> Matrix {
+        let it = d.inverse_transpose;
+        df * self.mu - it * df.transpose() * it * self.c(d) + it * (self.lambda * it.dot(df))
+    }
+
+    /// The tangent between the nodes of an element whose shape functions have the gradients `g` at
+    /// the point, times `weight`.
+    pub(crate) fn tangent<const N: usize>(
+        &self,
+        d: &Gradient,
+        weight: f64,
+        g: &[Vector; N],
+    ) -> NodalTangent<N> {
+        NodalTangent {
+            g: *g,
+            h: g.map(|g| d.inverse_transpose * g),
+            mu: weight * self.mu,
+            c: weight * self.c(d),
+            lambda: weight * self.lambda,
+        }
+    }
+
+    /// The same state seen from the loaded shape, whose gradient `back` leads to the stress-free
+    /// one.
+    pub(crate) fn loaded(&self, back: &Gradient) -> LoadedState {
+        let f = back.inverse_transpose.transpose();
+        let b = f * f.transpose();
+        let pressure = Matrix::identity() * (self.mu + self.lambda * back.ln_j);
+        let stress = (b * self.mu - pressure) * back.j;
+        LoadedState { f, b, j: back.j, stress, mu: self.mu, lambda: self.lambda }
     }
 
     /// What must be added to the tangent to shift its eigenvalues to at least `floor` (kPa):
@@ -127,6 +178,84 @@ impl NeoHookean {
     }
 }
 
+/// The tangent at a point between the nodes of an element.
+pub(crate) struct NodalTangent<const N: usize> {
+    g: [Vector; N],
+    /// F^-T g.
+    h: [Vector; N],
+    mu: f64,
+    c: f64,
+    lambda: f64,
+}
+
+impl<const N: usize> NodalTangent<N> {
+    /// Adds the block of the nodes a and b: λ h_a h_bᵀ − c h_b h_aᵀ + μ (g_a · g_b) I.
+    pub(crate) fn add_to(&self, block: &mut Matrix, a: usize, b: usize) {
+        let Self { g, h, mu, c, lambda } = self;
+        *block += h[a] * (h[b] * *lambda).transpose();
+        *block -= h[b] * (h[a] * *c).transpose();
+        *block += Matrix::from_diagonal_element(mu * g[a].dot(&g[b]));
+    }
+}
+
+/// The state of a point on the loaded shape; f = F^-1, j = det f.
+pub(crate) struct LoadedState {
+    /// F.
+    f: Matrix,
+    /// F Fᵀ.
+    b: Matrix,
+    /// j.
+    pub(crate) j: f64,
+    /// Cauchy stress σ = j [μ (b − I) − λ ln j I], kPa.
+    pub(crate) stress: Matrix,
+    mu: f64,
+    lambda: f64,
+}
+
+impl LoadedState {
+    /// How the force of node a, σ g_a − j N_a times the `body` force, changes with the stress-free
+    /// positions of node c, for all pairs: the terms that every pair of a shares.
+    pub(crate) fn change<const N: usize>(
+        &self,
+        weight: f64,
+        g: &[Vector; N],
+        body: [Vector; N],
+    ) -> LoadedTangent<N> {
+        let Self { f, b, j, stress, mu, lambda } = self;
+        LoadedTangent {
+            f: *f,
+            g: *g,
+            t: g.map(|g| f.tr_mul(&g)),
+            bg: g.map(|g| b * g),
+            left: std::array::from_fn(|a| (stress * g[a] - g[a] * (j * lambda) - body[a]) * weight),
+            shear: weight * j * mu,
+        }
+    }
+}
+
+/// The derivative of the inverse problem at a point between the nodes of an element.
+pub(crate) struct LoadedTangent<const N: usize> {
+    f: Matrix,
+    g: [Vector; N],
+    /// Fᵀ g.
+    t: [Vector; N],
+    /// b g.
+    bg: [Vector; N],
+    /// w (σ g − j λ g − j N force).
+    left: [Vector; N],
+    /// w j μ.
+    shear: f64,
+}
+
+impl<const N: usize> LoadedTangent<N> {
+    /// Adds the block of the nodes a and c: left_a t_cᵀ − w j μ ((g_a · b g_c) F + (b g_c) t_aᵀ).
+    pub(crate) fn add_to(&self, block: &mut Matrix, a: usize, c: usize) {
+        let Self { f, g, t, bg, left, shear } = self;
+        *block += left[a] * t[c].transpose();
+        *block -= f * (shear * g[a].dot(&bg[c]));
+        *block -= bg[c] * (t[a] * *shear).transpose();
+    }
+}
+
 #[cfg(test)]
-#[path = "material_tests.rs"]
 mod tests;
