@@ -71,7 +71,7 @@ pub enum Error {
 
 impl Error {
     pub(crate) fn unreadable(path: &Path, source: std::io::Error) -> Self {
-        Self::Unreadable { name: crate::roots::name_of(path), source }
+        Self::Unreadable { name: crate::names::name_of(path), source }
     }
 
     /// What kind of failure it is.

@@ -2,51 +2,45 @@
 //! on one's own machine.
 //!
 //! A server on loopback hands out the page and the voxels, and tells of each change; the page cuts
-//! the slices. Who may ask is decided in `guard` alone; `workspace` owns what is open; the method
-//! lies in the flow's session.
+//! the slices. The method lies in the flow's session.
+//!
+//! Data flows one way: a request begins work or changes the store; workers report to the store;
+//! what the page is told is made of the store alone. The files by layer, each using only those
+//! named before it in its row and those of the rows below:
+//!
+//! - `server`: `guard`, `doors`, `browser`, `app`, `link`, `routes`
+//! - `workers`: `reporter`, `objects`, `tilt`, `live`, `jobs`, `edit`, `carry`, `file_watch`, `run`,
+//!   `open`, `send`, `picture`, `patient`
+//! - the store behind its lock: `workspace`
+//! - what the page is told: `store/state`
+//! - `store`: `unsaved`, `folder`, `adjacent`, `case`, `work`, `previews`, `plan`, `display`,
+//!   `results`, `archives`, and `mod` with what concerns several of them
+//! - `navigation`, which knows nothing of these: `region`, `messages`, `follow`
+//! - `draw`, nor does this: `planes`, `surface`, `cut`, `contours`, `lines`, `voxels`, `body`
+//! - words and paths: `names`, `error`, `roots`
 
 #![expect(
     clippy::disallowed_methods,
     reason = "edge crate: files, sockets and the clock of the page"
 )]
 
-mod adjacent;
-mod app;
-mod bed;
-mod body;
-mod browser;
-mod bytes;
-mod doors;
-mod edit;
+mod draw;
 mod error;
-mod follow;
-mod guard;
-mod job;
-mod lines;
-mod link;
-mod live;
+mod names;
 mod navigation;
-mod open;
-mod outside;
-mod own;
-mod own_lines;
-mod picture;
-mod region;
 mod roots;
-mod routes;
-mod send;
-mod show;
-mod state;
-mod surface;
-mod unsaved;
-mod whose;
+mod server;
+mod store;
+mod workers;
 mod workspace;
 
 pub use error::Error;
 
-use app::App;
-use doors::{Doors, Guest};
-use routes::router;
+use navigation::follow::Following;
+use server::app::App;
+use server::browser;
+use server::doors::{Doors, Guest};
+use server::routes::router;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -55,6 +49,10 @@ use std::time::{Duration, Instant};
 use supine_dicom_network::Node;
 use supine_flow::Start;
 use tokio::net::TcpListener;
+use workers::file_watch;
+use workers::jobs::Jobs;
+use workers::live::Live;
+use workers::open::Opener;
 use workspace::Workspace;
 
 /// How often is asked whether the program may go on.
@@ -86,7 +84,7 @@ pub struct Open {
 
 /// The user's own folder for [`Open::unsaved`]; none where the system names no place.
 pub fn unsaved_folder() -> Option<PathBuf> {
-    unsaved::usual_folder()
+    store::unsaved::usual_folder()
 }
 
 /// Who started it.
@@ -105,7 +103,16 @@ pub trait Host {
 /// When there is nothing at the path, or no port.
 pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
     let path = given.path.canonicalize().map_err(|e| Error::unreadable(&given.path, e))?;
-    let workspace = Workspace::new(root(&path), given.threads, given.start.clone())?;
+    let workspace = Workspace::new(root(&path))?;
+    let following = Arc::<Following>::default();
+    let live = Live::new(Arc::clone(&workspace), Arc::clone(&following));
+    let jobs = Jobs::new(Arc::clone(&workspace), Arc::clone(&live));
+    let opener = Arc::new(Opener {
+        jobs: Arc::clone(&jobs),
+        following: Arc::clone(&following),
+        threads: given.threads,
+        start: given.start.clone(),
+    });
     let port = |source| Error::Port { port: given.port, source };
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(port)?;
@@ -115,15 +122,21 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
         let address =
             format!("http://127.0.0.1:{}/#{token}", listener.local_addr().map_err(port)?.port());
         let links = Arc::<AtomicUsize>::default();
+        workspace.change(|store| {
+            store.archives.name(&given.nodes);
+            store.keep_unsaved(given.unsaved.clone());
+        });
+        opener.start(&path, given.look_through)?;
+        file_watch::watch(&live);
         let app = App {
-            workspace: Arc::clone(&workspace),
+            workspace,
+            live,
+            jobs: Arc::clone(&jobs),
+            opener,
+            following: Arc::clone(&following),
             token: token.into(),
             links: Arc::clone(&links),
         };
-        workspace.name_nodes(&given.nodes);
-        workspace.keep_unsaved(given.unsaved.clone());
-        workspace.start(&path, given.look_through)?;
-        workspace.look_at_the_file();
         host.address(&address);
         // The file is there as long as the page.
         let _page = given.browser.then(|| browser::open(&address)).transpose();
@@ -138,7 +151,8 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
             () = ended(host, &links) => Ok(()),
         }
     });
-    workspace.close();
+    following.leave();
+    jobs.close();
     // What still reads for a page that is gone is not waited for.
     runtime.shutdown_timeout(LOOK);
     served

@@ -3,6 +3,7 @@
 //! The page names folders and files by numbers that were given out here, never by paths.
 
 use crate::Error;
+use crate::names::name_of;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -75,12 +76,12 @@ impl Roots {
         if path.is_symlink() { Err(Error::NotBelow) } else { Ok(path) }
     }
 
-    /// What a folder holds; the root's without a number.
+    /// What a folder holds.
     ///
     /// # Errors
     /// As [`Self::path`]; when it cannot be read.
-    pub(crate) fn list(&mut self, id: Option<&str>) -> Result<Listing, Error> {
-        let dir = self.path(id.unwrap_or("0"))?;
+    pub(crate) fn list(&mut self, id: &str) -> Result<Listing, Error> {
+        let dir = self.path(id)?;
         let up = (dir != self.root).then(|| dir.parent().map(Path::to_path_buf)).flatten();
         let entries = std::fs::read_dir(&dir).map_err(|source| Error::unreadable(&dir, source))?;
         let mut entries: Vec<PathBuf> =
@@ -124,11 +125,6 @@ impl Roots {
         let there = path.canonicalize().map_err(|source| Error::unreadable(path, source))?;
         if there.starts_with(&self.root) { Ok(there) } else { Err(Error::NotBelow) }
     }
-}
-
-/// The last part of a path.
-pub(crate) fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(|| "/".into(), |name| name.to_string_lossy().into_owned())
 }
 
 fn is_hidden(path: &Path) -> bool {
@@ -190,7 +186,7 @@ mod tests {
         std::fs::write(at("notes.txt"), "").unwrap();
         std::fs::create_dir(at(".hidden")).unwrap();
         let mut roots = Roots::new(dir.path()).unwrap();
-        let found = roots.list(None).unwrap();
+        let found = roots.list("0").unwrap();
         let names = |all: &[Named]| all.iter().map(|n| n.name.clone()).collect::<Vec<_>>();
         assert_eq!(names(&found.folders), ["scans"]);
         assert_eq!(
@@ -198,7 +194,7 @@ mod tests {
             (vec!["case.toml".into()], vec!["done".into()])
         );
         assert_eq!((found.dicom, found.up), (2, None));
-        let inner = roots.list(Some(&found.folders[0].id)).unwrap();
+        let inner = roots.list(&found.folders[0].id).unwrap();
         assert_eq!((names(&inner.folders), inner.up), (vec!["one".into()], Some("0".into())));
     }
 
@@ -213,15 +209,15 @@ mod tests {
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink(other.path(), dir.path().join("link")).unwrap();
-            assert!(roots.list(None).unwrap().folders.is_empty());
+            assert!(roots.list("0").unwrap().folders.is_empty());
             assert!(matches!(roots.path_of("0", "link"), Err(Error::NotBelow)));
             assert!(roots.path_of("0", "new").is_ok());
             // A folder that was given out and became a link since.
             std::fs::create_dir(dir.path().join("folder")).unwrap();
-            let id = roots.list(None).unwrap().folders[0].id.clone();
+            let id = roots.list("0").unwrap().folders[0].id.clone();
             std::fs::remove_dir(dir.path().join("folder")).unwrap();
             std::os::unix::fs::symlink(other.path(), dir.path().join("folder")).unwrap();
-            assert!(matches!(roots.list(Some(&id)), Err(Error::NotBelow)));
+            assert!(matches!(roots.list(&id), Err(Error::NotBelow)));
         }
     }
 }

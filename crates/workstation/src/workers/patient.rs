@@ -7,27 +7,23 @@ use std::collections::BTreeSet;
 use supine_flow::commands::dicom::{Inspect, inspect};
 use supine_flow::{Spec, Unwatched};
 
-impl Workspace {
-    /// Name, ID and study of the patient of a case or a run by its number, or of what was kept of a
-    /// case, in one line, from the headers of its CT; nothing where it names none or cannot be
-    /// read.
-    ///
-    /// # Errors
-    /// When it was not given out.
-    pub(crate) fn whose(&self, id: &str) -> Result<Option<String>, Error> {
-        let kept = self.held().unsaved_case(id);
-        let spec = match kept {
-            Some(case) => case.spec().ok(),
-            None => {
-                let path = self.held().roots.path(id)?;
-                Spec::read(&if is_run(&path) { path.join("summary.json") } else { path }).ok()
-            }
-        };
-        Ok(spec.and_then(|spec| told(&spec)))
-    }
+/// Name, ID and study of the patient of a case or a run by its number, or of what was kept of a
+/// case, in one line, from the headers of its CT; nothing where it names none or cannot be read.
+///
+/// # Errors
+/// When it was not given out.
+pub(crate) fn patient(workspace: &Workspace, id: &str) -> Result<Option<String>, Error> {
+    let spec = match workspace.look(|store| store.unsaved.case(id)) {
+        Some(case) => case.spec().ok(),
+        None => {
+            let path = workspace.look(|store| store.roots.path(id))?;
+            Spec::read(&if is_run(&path) { path.join("summary.json") } else { path }).ok()
+        }
+    };
+    Ok(spec.and_then(|spec| patient_of(&spec)))
 }
 
-fn told(spec: &Spec) -> Option<String> {
+fn patient_of(spec: &Spec) -> Option<String> {
     let case = spec.case().ok()?;
     let path = case.ct().ok()?.to_path_buf();
     let given = Inspect { spec: Spec::new(""), path, pixels: false };

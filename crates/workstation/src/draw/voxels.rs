@@ -1,12 +1,53 @@
 //! Voxels as bytes, little-endian, x fastest.
 
-use crate::state::VolumeShown;
+use serde::Serialize;
 use std::sync::Arc;
 use supine_space::Grid;
 use supine_volume::{Ct, LabelMap, Volume, label};
 
 /// Bytes that are made at once: the page draws as they come.
 const CHUNK: usize = 1 << 20;
+
+/// A volume whose bytes the page may fetch.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct VolumeShown {
+    pub(crate) id: &'static str,
+    pub(crate) key: String,
+    #[serde(rename = "type")]
+    pub(crate) voxel: &'static str,
+    pub(crate) size: [usize; 3],
+    pub(crate) spacing_mm: [f64; 3],
+    pub(crate) origin_mm: [f64; 3],
+    /// Unit vectors of the grid's axes, LPS.
+    pub(crate) axes: [[f64; 3]; 3],
+    /// Whether it is no acquired CT.
+    pub(crate) simulated: bool,
+    /// First and last voxel of the patient along each axis, where that was looked for.
+    pub(crate) body: Option<[[usize; 3]; 2]>,
+    /// Whether it is of what is given now.
+    pub(crate) fresh: bool,
+    pub(crate) names: serde_json::Map<String, serde_json::Value>,
+}
+
+impl VolumeShown {
+    /// A volume on a grid.
+    pub(crate) fn on(grid: &Grid, id: &'static str, voxel: &'static str, key: String) -> Self {
+        let axis = |a: usize| -> [f64; 3] { grid.direction().column(a).into_owned().into() };
+        Self {
+            id,
+            key,
+            voxel,
+            size: grid.size(),
+            spacing_mm: grid.spacing().into(),
+            origin_mm: grid.origin().coords.into(),
+            axes: [axis(0), axis(1), axis(2)],
+            simulated: false,
+            body: None,
+            fresh: true,
+            names: serde_json::Map::new(),
+        }
+    }
+}
 
 /// A volume that the page may fetch.
 #[derive(Clone, Debug)]

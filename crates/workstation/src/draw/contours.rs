@@ -1,6 +1,6 @@
 //! Where a plane of the CT's grid cuts the patient's own structures and doses.
 
-use crate::lines::{Cut, Spot, joined};
+use crate::draw::cut::{Cut, Spot, joined};
 use supine_flow::Contours;
 use supine_volume::{Outlines, Rule, Volume, contour, sample_trilinear};
 
@@ -145,7 +145,7 @@ pub(crate) fn isodoses(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::state::views;
+    use crate::draw::planes::views;
     use supine_space::{Grid, Matrix, Point, Vector};
 
     const RADIUS: f64 = 12.0;

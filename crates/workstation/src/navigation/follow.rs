@@ -3,9 +3,8 @@
 //! for a host's name is bounded.
 
 use crate::Error;
-use crate::navigation::{AnswerShown, Ear, Heard, Mood, REGION, STALE};
-use crate::workspace::Workspace;
-use serde::{Deserialize, Serialize};
+use crate::navigation::messages::{AnswerShown, Ear, Heard, Mood, REGION, STALE};
+use serde::Serialize;
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -79,14 +78,6 @@ impl Navigation {
     }
 }
 
-/// What the page asks for.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FollowRequest {
-    /// `HOST:PORT`.
-    address: String,
-}
-
 /// The CT as the navigation carried it, and what it said then.
 #[derive(Debug)]
 pub(crate) struct Pictured {
@@ -106,7 +97,7 @@ struct Pictures {
 
 /// Which navigation is followed.
 pub(crate) struct Following {
-    told: watch::Sender<Arc<Navigation>>,
+    newest: watch::Sender<Arc<Navigation>>,
     /// Ends the thread that follows.
     stop: Mutex<Arc<AtomicBool>>,
     pictures: Mutex<Pictures>,
@@ -117,7 +108,7 @@ pub(crate) struct Following {
 impl Default for Following {
     fn default() -> Self {
         Self {
-            told: watch::Sender::new(Arc::default()),
+            newest: watch::Sender::new(Arc::default()),
             stop: Mutex::default(),
             pictures: Mutex::default(),
             pictured: Condvar::new(),
@@ -126,10 +117,26 @@ impl Default for Following {
 }
 
 impl Following {
+    /// Follows the navigation at an address; another one is left.
+    pub(crate) fn follow(self: &Arc<Self>, address: String) {
+        let (phase, named) = (Phase::Connecting, Some(address.clone()));
+        let next = Navigation { phase, address: named, ..Navigation::default() };
+        let (run, stop) = self.renew(next);
+        let following = Arc::clone(self);
+        std::thread::spawn(move || follow(&following, run, &address, &stop));
+    }
+
+    /// Follows nothing any more.
+    pub(crate) fn leave(&self) {
+        if self.newest.borrow().is_on() {
+            self.renew(Navigation::default());
+        }
+    }
+
     /// What is followed, now and after each change; a newer one takes the place of one that was not
     /// seen yet.
     pub(crate) fn watched(&self) -> watch::Receiver<Arc<Navigation>> {
-        self.told.subscribe()
+        self.newest.subscribe()
     }
 
     /// Ends what is followed; the new following has a number and a flag of its own.
@@ -137,8 +144,8 @@ impl Following {
         let mut stop = self.stop.lock().unwrap_or_else(PoisonError::into_inner);
         stop.store(true, Ordering::SeqCst);
         *stop = Arc::default();
-        let run = self.told.borrow().run + 1;
-        self.told.send_replace(Arc::new(Navigation { run, ..next }));
+        let run = self.newest.borrow().run + 1;
+        self.newest.send_replace(Arc::new(Navigation { run, ..next }));
         // After it: a thread that ends puts nothing there any more.
         *self.pictures() = Pictures::default();
         self.pictured.notify_all();
@@ -152,7 +159,7 @@ impl Following {
     /// Changes where pictures come from, or the newest, unless another following has begun.
     fn put(&self, run: u64, put: impl FnOnce(&mut Pictures)) {
         let mut pictures = self.pictures();
-        if self.told.borrow().run == run {
+        if self.newest.borrow().run == run {
             put(&mut pictures);
             self.pictured.notify_all();
         }
@@ -177,47 +184,21 @@ impl Following {
 
     /// Changes what is told, unless another following has begun.
     fn change(&self, run: u64, change: impl FnOnce(&mut Navigation)) {
-        self.told.send_if_modified(|told| {
-            let own = told.run == run;
-            if own {
-                change(Arc::make_mut(told));
+        self.newest.send_if_modified(|newest| {
+            let is_this = newest.run == run;
+            if is_this {
+                change(Arc::make_mut(newest));
             }
-            own
+            is_this
         });
     }
 }
 
-impl Workspace {
-    /// Follows the navigation at an address; another one is left.
-    ///
-    /// # Errors
-    /// When the address is none, or nothing is open whose navigation it could be.
-    pub(crate) fn follow(self: &Arc<Self>, asked: &FollowRequest) -> Result<(), Error> {
-        let address = address(&asked.address)?;
-        // Held until the following has begun: a case that is opened meanwhile leaves it after.
-        let held = self.held();
-        if held.session.is_none() {
-            return Err(Error::Nothing);
-        }
-        let (phase, named) = (Phase::Connecting, Some(address.clone()));
-        let next = Navigation { phase, address: named, ..Navigation::default() };
-        let (run, stop) = self.following.renew(next);
-        drop(held);
-        let workspace = Arc::clone(self);
-        std::thread::spawn(move || follow(&workspace.following, run, &address, &stop));
-        Ok(())
-    }
-
-    /// Follows nothing any more.
-    pub(crate) fn leave(&self) {
-        if self.following.told.borrow().is_on() {
-            self.following.renew(Navigation::default());
-        }
-    }
-}
-
 /// An address as it is typed: a host and a port.
-fn address(text: &str) -> Result<String, Error> {
+///
+/// # Errors
+/// When it is none.
+pub(crate) fn address(text: &str) -> Result<String, Error> {
     let text = text.trim();
     let good = text.rsplit_once(':').is_some_and(|(host, port)| {
         let named =
@@ -239,11 +220,11 @@ fn follow(following: &Following, run: u64, address: &str, stop: &AtomicBool) {
             Err(why) => why,
         };
         following.put(run, |pictures| *pictures = Pictures::default());
-        following.change(run, |told| {
-            told.phase = Phase::Gone;
-            told.rate = None;
-            told.why = Some(why);
-            told.answer.iter_mut().for_each(|answer| answer.state = STALE);
+        following.change(run, |newest| {
+            newest.phase = Phase::Gone;
+            newest.rate = None;
+            newest.why = Some(why);
+            newest.answer.iter_mut().for_each(|answer| answer.state = STALE);
         });
         let begun = Instant::now();
         while begun.elapsed() < AGAIN && !stop.load(Ordering::SeqCst) {
@@ -306,10 +287,10 @@ impl Client<'_> {
             .and_then(|()| stream.write_all(&bytes));
         sent.map_err(|_| "it takes nothing".to_owned())?;
         self.following.put(self.run, |pictures| pictures.from = Some(Arc::clone(self.stream)));
-        self.following.change(self.run, |told| {
-            told.phase = Phase::Following;
-            (told.status, told.why) = (None, None);
-            (told.passed, told.passed_why) = (0, None);
+        self.following.change(self.run, |newest| {
+            newest.phase = Phase::Following;
+            (newest.status, newest.why) = (None, None);
+            (newest.passed, newest.passed_why) = (0, None);
         });
         Ok(())
     }
@@ -348,12 +329,12 @@ impl Client<'_> {
                     }
                     let rate = count.rate((!stale).then_some(answer.of));
                     let why = trouble.clone();
-                    self.following.change(self.run, |told| {
-                        (told.answer, told.rate, told.why) = (Some(*answer), rate, why);
+                    self.following.change(self.run, |newest| {
+                        (newest.answer, newest.rate, newest.why) = (Some(*answer), rate, why);
                     });
                 }
                 Heard::Region(ct) => {
-                    let answer = self.following.told.borrow().answer.clone();
+                    let answer = self.following.newest.borrow().answer.clone();
                     let newest = Some(Arc::new(Pictured { ct: *ct, answer }));
                     self.following.put(self.run, |pictures| {
                         pictures.newest = newest;
@@ -367,15 +348,15 @@ impl Client<'_> {
                         trouble = Some(text.clone());
                     }
                     let why = trouble.clone();
-                    self.following.change(self.run, |told| {
-                        let stale = told.answer.as_ref().is_none_or(|a| a.state == STALE);
-                        told.status = Some(text);
-                        told.why = why.filter(|_| stale);
+                    self.following.change(self.run, |newest| {
+                        let stale = newest.answer.as_ref().is_none_or(|a| a.state == STALE);
+                        newest.status = Some(text);
+                        newest.why = why.filter(|_| stale);
                     });
                 }
-                Heard::Nonsense(why) => self.following.change(self.run, |told| {
-                    told.passed = told.passed.saturating_add(1);
-                    told.passed_why = Some(why);
+                Heard::Nonsense(why) => self.following.change(self.run, |newest| {
+                    newest.passed = newest.passed.saturating_add(1);
+                    newest.passed_why = Some(why);
                 }),
                 Heard::Nothing => {}
             }

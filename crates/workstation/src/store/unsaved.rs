@@ -6,13 +6,12 @@
 //! the program that has it open; the lock ends with that program, however it ends.
 
 use crate::Error;
-use crate::roots::{Roots, name_of};
-use crate::workspace::{OpenCase, Workspace};
+use crate::names::name_of;
+use crate::roots::Roots;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 use supine_flow::CaseFile;
 
@@ -50,7 +49,7 @@ impl Record {
 
 /// The case that is open, as long as no file holds it.
 #[derive(Debug)]
-pub(crate) struct Kept {
+pub(crate) struct Draft {
     place: PathBuf,
     /// What it was when it was opened: without changes nothing is kept. None of a case that was
     /// kept before.
@@ -67,14 +66,14 @@ struct Locked {
     _lock: File,
 }
 
-impl Kept {
+impl Draft {
     /// Nothing yet, of a case made from a series or a run.
     pub(crate) fn new(place: PathBuf, case: &CaseFile) -> Self {
         Self { place, first: Some(case.text().into()), file: None, is_current: false }
     }
 
     /// Whether the case as it is now is kept.
-    pub(crate) fn is_there(&self) -> bool {
+    pub(super) fn is_there(&self) -> bool {
         self.file.is_some() && self.is_current
     }
 
@@ -83,7 +82,7 @@ impl Kept {
     /// # Errors
     /// When it cannot be written. What was kept before stays, as on a full disk an older state is
     /// better than none.
-    fn keep(&mut self, dir: &Path, case: &CaseFile) -> io::Result<()> {
+    pub(super) fn keep(&mut self, dir: &Path, case: &CaseFile) -> io::Result<()> {
         self.is_current = false;
         if self.first.as_deref() == Some(case.text()) {
             self.file.take().into_iter().for_each(Locked::remove);
@@ -99,7 +98,7 @@ impl Kept {
     }
 
     /// The case has a file now, or is thrown away.
-    fn end(self) {
+    pub(super) fn end(self) {
         self.file.into_iter().for_each(Locked::remove);
     }
 }
@@ -176,7 +175,7 @@ const LONGEST: u64 = 183 * 24 * 3600;
 
 /// Removes what is kept for too long or beyond so many, the oldest first, but for what a program
 /// has open; how many that were.
-pub(crate) fn prune(dir: &Path) -> usize {
+fn prune(dir: &Path) -> usize {
     let since = |at: SystemTime| at.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
     let entries = std::fs::read_dir(dir).into_iter().flatten();
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
@@ -199,12 +198,12 @@ pub(crate) fn prune(dir: &Path) -> usize {
 
 /// A case that was changed before and is in no file.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct UnsavedShown {
-    pub(crate) id: String,
+struct UnsavedShown {
+    id: String,
     /// The folder of the series or run that it was made from.
-    pub(crate) name: String,
+    name: String,
     /// When it was changed last, seconds since 1970.
-    pub(crate) changed: u64,
+    changed: u64,
 }
 
 /// What is kept in a folder of cases made from what lies below the roots, and no program has open,
@@ -226,71 +225,59 @@ fn offered(dir: &Path, roots: &Roots) -> Vec<UnsavedShown> {
     all
 }
 
-impl OpenCase {
-    /// Keeps the case as it is now, where no file holds it. Where that fails the page says that it
-    /// is not kept.
-    pub(crate) fn keep_case(&mut self) {
-        let (Some(kept), Some(case)) = (&mut self.kept, &self.case) else { return };
-        if let Some(dir) = &self.unsaved {
-            // Where it fails `is_there` says so.
-            let _kept = kept.keep(dir, case);
-        }
+/// The cases that are kept.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct Unsaved {
+    /// Where; without a folder none is.
+    #[serde(skip)]
+    dir: Option<PathBuf>,
+    /// Those that were changed here before and are in no file.
+    unsaved: Vec<UnsavedShown>,
+    /// How many went at this start, since they were too old or too many.
+    unsaved_gone: usize,
+}
+
+impl Unsaved {
+    /// Keeps what no file holds in a folder from now on, and offers what is there.
+    pub(super) fn keep_in(&mut self, dir: Option<PathBuf>, roots: &Roots) {
+        self.unsaved_gone = dir.as_deref().map(prune).unwrap_or_default();
+        self.dir = dir;
+        self.refresh(roots);
     }
 
-    /// The case has a file now.
-    pub(crate) fn keep_no_longer(&mut self) {
-        if let Some(kept) = self.kept.take() {
-            kept.end();
-        }
+    pub(super) fn dir(&self) -> Option<&Path> {
+        self.dir.as_deref()
     }
 
-    /// Offers what was kept.
-    pub(crate) fn show_unsaved(&mut self) {
-        let dir = self.unsaved.as_deref();
-        self.state.unsaved = dir.map(|dir| offered(dir, &self.roots)).unwrap_or_default();
+    /// Offers what is kept now.
+    pub(super) fn refresh(&mut self, roots: &Roots) {
+        self.unsaved = self.dir().map(|dir| offered(dir, roots)).unwrap_or_default();
+    }
+
+    /// The file of something that is offered.
+    fn path(&self, id: &str) -> Option<PathBuf> {
+        let is_offered = self.unsaved.iter().any(|one| one.id == id);
+        let dir = self.dir().filter(|_| is_offered)?;
+        Some(dir.join(id).with_extension("json"))
     }
 
     /// The case of something that is offered.
-    pub(crate) fn unsaved_case(&self, id: &str) -> Option<CaseFile> {
-        let is_offered = self.state.unsaved.iter().any(|one| one.id == id);
-        let dir = self.unsaved.as_deref().filter(|_| is_offered)?;
-        Some(Record::read(&dir.join(id).with_extension("json"))?.case())
+    pub(crate) fn case(&self, id: &str) -> Option<CaseFile> {
+        Some(Record::read(&self.path(id)?)?.case())
     }
 
     /// Something that is offered, by its number, with what writes it from now on.
     ///
     /// # Errors
     /// When it is not offered, or another program has opened it since.
-    pub(crate) fn take_unsaved(&self, id: &str) -> Result<(Record, Kept), Error> {
-        let is_offered = self.state.unsaved.iter().any(|one| one.id == id);
-        let dir = self.unsaved.as_deref().filter(|_| is_offered).ok_or(Error::NotBelow)?;
-        let path = dir.join(id).with_extension("json");
+    pub(crate) fn take(&self, id: &str) -> Result<(Record, Draft), Error> {
+        let path = self.path(id).ok_or(Error::NotBelow)?;
         let record = Record::read(&path).ok_or(Error::NotBelow)?;
-        let taken = Locked::take(path).map_err(|source| Error::unreadable(dir, source))?;
+        let dir = path.parent().unwrap_or(&path).to_path_buf();
+        let taken = Locked::take(path).map_err(|source| Error::unreadable(&dir, source))?;
         let file = Some(taken.ok_or(Error::Busy)?);
-        let kept = Kept { place: record.place.clone(), first: None, file, is_current: true };
-        Ok((record, kept))
-    }
-}
-
-/// Something that is offered.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Discard {
-    id: String,
-}
-
-impl Workspace {
-    /// Throws away what was kept of a case.
-    ///
-    /// # Errors
-    /// When it is not offered.
-    pub(crate) fn discard(self: &Arc<Self>, asked: &Discard) -> Result<(), Error> {
-        self.change(|held| {
-            held.take_unsaved(&asked.id)?.1.end();
-            held.show_unsaved();
-            Ok(())
-        })
+        let draft = Draft { place: record.place.clone(), first: None, file, is_current: true };
+        Ok((record, draft))
     }
 }
 
@@ -302,7 +289,7 @@ mod tests {
     fn what_was_kept_stays_when_a_change_cannot_be_kept() {
         let dir = tempfile::tempdir().unwrap();
         let case = |text: &str| CaseFile::new(text.into(), dir.path().to_path_buf());
-        let mut kept = Kept::new(dir.path().into(), &case("breast = 'left'"));
+        let mut kept = Draft::new(dir.path().into(), &case("breast = 'left'"));
         kept.keep(dir.path(), &case("breast = 'right'")).unwrap();
         let path = kept.file.as_ref().unwrap().path.clone();
         assert!(kept.is_there() && Record::read(&path).is_some());

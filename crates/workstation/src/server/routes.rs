@@ -1,20 +1,25 @@
 //! The table of routes. All of it passes the guard; all data bear `no-store`.
 
-use crate::app::App;
-use crate::doors::Guest;
-use crate::edit::Way;
-use crate::guard::{Refusal, RequestOrigin, admit, needs_key};
-use crate::{Error, follow, link, open};
+use crate::Error;
+use crate::navigation::follow;
+use crate::roots::Listing;
+use crate::server::app::App;
+use crate::server::doors::Guest;
+use crate::server::guard::{Refusal, RequestOrigin, admit, needs_key};
+use crate::server::link;
+use crate::store::case::Change;
+use crate::workers::{carry, edit, patient, picture, run, send};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{ConnectInfo, DefaultBodyLimit, Path, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
+use axum::routing::{MethodRouter, get, post};
 use include_dir::{Dir, include_dir};
 use serde::Deserialize;
-use serde_json::json;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 use supine_flow::NodeId;
 
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/page");
@@ -27,26 +32,33 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; i
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 pub(crate) fn router(app: App) -> Router {
+    let long = DefaultBodyLimit::max(MOST_EDIT);
     Router::new()
         .route("/api/state", get(state))
         .route("/api/link", get(link::link))
         .route("/api/list", get(list))
-        .route("/api/inspect", post(inspect))
-        .route("/api/open", post(open_it))
-        .route("/api/edit", post(edit).layer(DefaultBodyLimit::max(MOST_EDIT)))
-        .route("/api/carry", post(carry))
-        .route("/api/tumour", post(tumour))
-        .route("/api/undo", post(undo))
-        .route("/api/redo", post(redo))
-        .route("/api/save", post(save))
-        .route("/api/discard", post(discard))
-        .route("/api/run", post(run))
-        .route("/api/cancel", post(cancel))
-        .route("/api/dismiss", post(dismiss))
-        .route("/api/tick", post(tick))
-        .route("/api/send", post(send))
-        .route("/api/follow", post(follow_it))
-        .route("/api/leave", post(leave))
+        .route("/api/inspect", act(|app, asked: Folder| app.opener.inspect(asked.dir())))
+        .route("/api/open", act(|app, asked| app.opener.open(&asked)))
+        .route("/api/edit", act(|app, asked| edit::edit(&app.live, asked)).layer(long))
+        .route("/api/carry", act(|app, asked| carry::carry(&app.live, &asked)))
+        .route("/api/tumour", act(|app, asked| carry::tumour_of(&app.live, &asked)))
+        .route(
+            "/api/undo",
+            act(|app, seen: Seen| edit::change(&app.live, seen.revision, Change::Undo)),
+        )
+        .route(
+            "/api/redo",
+            act(|app, seen: Seen| edit::change(&app.live, seen.revision, Change::Redo)),
+        )
+        .route("/api/save", act(save))
+        .route("/api/discard", act(discard))
+        .route("/api/run", act(begin_run))
+        .route("/api/cancel", plain(|app| app.workspace.look(|store| store.work.cancel())))
+        .route("/api/dismiss", plain(|app| app.workspace.change(|store| store.work.dismiss())))
+        .route("/api/tick", act(|app, asked| edit::tick(&app.live, asked)))
+        .route("/api/send", act(|app, asked| send::send(&app.jobs, &asked)))
+        .route("/api/follow", act(begin_following))
+        .route("/api/leave", plain(|app| app.following.leave()))
         .route("/api/log", get(log))
         .route("/api/volume/{id}/{key}", get(volume))
         .route("/api/surface/{part}/{key}", get(surface))
@@ -112,15 +124,23 @@ impl IntoResponse for Error {
     }
 }
 
-/// The answer to what only begins work or changes the state, which the page is told by itself.
-type Reply = Result<axum::Json<serde_json::Value>, Error>;
-
-fn told(done: Result<(), Error>) -> Reply {
-    done.map(|()| axum::Json(json!({})))
+/// A route that begins work or changes what is open. The answer is empty, for the page is told of
+/// it by itself.
+fn act<T: DeserializeOwned + Send + 'static>(
+    act: fn(&App, T) -> Result<(), Error>,
+) -> MethodRouter<App> {
+    post(move |State(app): State<App>, body: Bytes| async move {
+        let asked = serde_json::from_slice(&body).map_err(|e| Error::Request(e.to_string()))?;
+        act(&app, asked).map(|()| axum::Json(json!({})))
+    })
 }
 
-fn read<'a, T: Deserialize<'a>>(body: &'a Bytes) -> Result<T, Error> {
-    serde_json::from_slice(body).map_err(|e| Error::Request(e.to_string()))
+/// The same of a request that says nothing.
+fn plain(act: fn(&App)) -> MethodRouter<App> {
+    post(move |State(app): State<App>| async move {
+        act(&app);
+        axum::Json(json!({}))
+    })
 }
 
 async fn state(State(app): State<App>) -> Response {
@@ -134,48 +154,51 @@ struct Folder {
     dir: Option<String>,
 }
 
+impl Folder {
+    /// The number of the root where there is none.
+    fn dir(&self) -> &str {
+        self.dir.as_deref().unwrap_or("0")
+    }
+}
+
 async fn list(
     State(app): State<App>,
     Query(asked): Query<Folder>,
-) -> Result<axum::Json<crate::roots::Listing>, Error> {
-    app.workspace.list(asked.dir.as_deref()).map(axum::Json)
+) -> Result<axum::Json<Listing>, Error> {
+    app.workspace.change(|store| store.list(asked.dir())).map(axum::Json)
 }
 
-async fn inspect(State(app): State<App>, body: Bytes) -> Reply {
-    let asked: Folder = read(&body)?;
-    told(app.workspace.inspect(asked.dir.as_deref().unwrap_or("0")))
+/// The state that a page saw when it asked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Seen {
+    revision: u64,
 }
 
-async fn open_it(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.open(&read::<open::OpenRequest>(&body)?))
+/// A name in a folder: of a new case file, or of the folder of a run.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Place {
+    dir: String,
+    name: String,
 }
 
-async fn edit(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.edit_sent(read(&body)?))
+fn save(app: &App, Place { dir, name }: Place) -> Result<(), Error> {
+    if !name.ends_with(".toml") {
+        return Err(Error::Request("a case file's name ends with .toml".into()));
+    }
+    app.workspace.change(|store| store.save_as(&dir, &name))
 }
 
-async fn carry(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.carry(&read(&body)?))
+/// Something that is offered.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Discard {
+    id: String,
 }
 
-async fn tumour(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.tumour_of(&read(&body)?))
-}
-
-async fn undo(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.history(read(&body)?, Way::Back))
-}
-
-async fn redo(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.history(read(&body)?, Way::Forth))
-}
-
-async fn save(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.save_as(&read(&body)?))
-}
-
-async fn discard(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.discard(&read(&body)?))
+fn discard(app: &App, Discard { id }: Discard) -> Result<(), Error> {
+    app.workspace.change(|store| store.discard(&id))
 }
 
 #[derive(Deserialize)]
@@ -184,57 +207,39 @@ struct Run {
     /// The last stage; without, up to the deformed CT and how sure the tumour's place is.
     until: Option<String>,
     /// Where a whole run is written.
-    out: Option<Out>,
+    out: Option<Place>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Out {
-    dir: String,
-    name: String,
-}
-
-async fn run(State(app): State<App>, body: Bytes) -> Reply {
-    let Run { until, out } = read(&body)?;
-    if let Some(Out { dir, name }) = out {
-        return told(app.workspace.run_into(&dir, &name));
+fn begin_run(app: &App, Run { until, out }: Run) -> Result<(), Error> {
+    if let Some(Place { dir, name }) = out {
+        return run::run_into(&app.jobs, &dir, &name);
     }
     let node = |name: String| {
         let node = NodeId::of_name(&name);
         node.ok_or_else(|| Error::Request(format!("there is no stage {name:?}")))
     };
-    told(app.workspace.run(until.map(node).transpose()?))
+    run::run(&app.jobs, until.map(node).transpose()?)
 }
 
-async fn cancel(State(app): State<App>) -> Reply {
-    app.workspace.cancel();
-    told(Ok(()))
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Follow {
+    /// `HOST:PORT`.
+    address: String,
 }
 
-async fn dismiss(State(app): State<App>) -> Reply {
-    app.workspace.change(|held| held.state.problem = None);
-    told(Ok(()))
+fn begin_following(app: &App, Follow { address }: Follow) -> Result<(), Error> {
+    let address = follow::address(&address)?;
+    // Looked at until the following has begun: a case that is opened meanwhile leaves it after.
+    app.workspace.look(|store| {
+        store.case.session()?;
+        app.following.follow(address);
+        Ok(())
+    })
 }
 
-async fn tick(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.tick(&read(&body)?))
-}
-
-async fn send(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.send(read(&body)?))
-}
-
-async fn follow_it(State(app): State<App>, body: Bytes) -> Reply {
-    told(app.workspace.follow(&read::<follow::FollowRequest>(&body)?))
-}
-
-async fn leave(State(app): State<App>) -> Reply {
-    app.workspace.leave();
-    told(Ok(()))
-}
-
-async fn log(State(app): State<App>) -> axum::Json<serde_json::Value> {
-    axum::Json(json!({ "lines": app.workspace.log() }))
+async fn log(State(app): State<App>) -> axum::Json<Value> {
+    axum::Json(json!({ "lines": app.workspace.look(|store| store.work.log()) }))
 }
 
 /// The answer to a key that holds no longer: the page asked in the moment in which something newer
@@ -244,7 +249,7 @@ fn passed() -> Response {
 }
 
 async fn volume(State(app): State<App>, Path((id, key)): Path<(String, String)>) -> Response {
-    let Some(voxels) = app.workspace.voxels(&id, &key) else {
+    let Some(voxels) = app.workspace.look(|store| store.display.voxels(&id, &key)) else {
         return passed();
     };
     let length = voxels.len();
@@ -257,7 +262,7 @@ async fn volume(State(app): State<App>, Path((id, key)): Path<(String, String)>)
 }
 
 async fn surface(State(app): State<App>, Path((part, key)): Path<(String, String)>) -> Response {
-    match app.workspace.surface(&part, &key) {
+    match app.workspace.look(|store| store.display.surface(&part, &key)) {
         Some(bytes) => {
             ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
         }
@@ -269,7 +274,8 @@ async fn lines(
     State(app): State<App>,
     Path((volume, key, view, slice)): Path<(String, String, String, usize)>,
 ) -> Result<Response, Error> {
-    let work = move || app.workspace.lines(&volume, &key, (&view, slice));
+    let cuttable = app.workspace.look(|store| store.display.cuttable(&volume, &key));
+    let work = move || cuttable.and_then(|cuttable| cuttable.lines(&view, slice));
     let lines = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)?;
     Ok(match lines {
         Some(lines) => axum::Json(json!({ "lines": lines })).into_response(),
@@ -278,13 +284,13 @@ async fn lines(
 }
 
 async fn picture(State(app): State<App>, Path(id): Path<String>) -> Result<Response, Error> {
-    let work = move || app.workspace.picture(&id);
+    let work = move || picture::picture(&app.workspace, &id);
     let png = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)??;
     Ok(([(header::CONTENT_TYPE, "image/png")], png).into_response())
 }
 
-async fn whose(State(app): State<App>, Path(id): Path<String>) -> Reply {
-    let work = move || app.workspace.whose(&id);
+async fn whose(State(app): State<App>, Path(id): Path<String>) -> Result<axum::Json<Value>, Error> {
+    let work = move || patient::patient(&app.workspace, &id);
     let line = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)??;
     Ok(axum::Json(json!({ "whose": line })))
 }

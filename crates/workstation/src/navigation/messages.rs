@@ -1,7 +1,7 @@
 //! What a navigation says, in messages, and what the page is told of it: frames are LPS, all
 //! numbers finite.
 
-use crate::region;
+use crate::navigation::region;
 use serde::Serialize;
 use supine_openigtlink::{Content, Message, PointItem, Rows, Stamp, Status, StatusCode};
 use supine_space::{Matrix, Point, Vector};
@@ -139,7 +139,7 @@ impl Ear {
             Content::Image(image) if message.device == REGION => {
                 region::read(image).map(|ct| Heard::Region(Box::new(ct)))
             }
-            Content::Status(status) => Ok(told(status)),
+            Content::Status(status) => Ok(status_of(status)),
             _ => Ok(Heard::Nothing),
         };
         heard.unwrap_or_else(Heard::Nonsense)
@@ -189,7 +189,7 @@ impl Ear {
 }
 
 /// A STATUS. `Waiting` and `Stale` are said again each second.
-fn told(status: &Status) -> Heard {
+fn status_of(status: &Status) -> Heard {
     let mood = match (status.code, status.name.as_str()) {
         (StatusCode::ShuttingDown, _) => Mood::Ended,
         (StatusCode::Ok, _) | (_, "Waiting") => Mood::Well,

@@ -1,7 +1,7 @@
 //! A small picture of a series: its middle axial plane.
 
 use crate::Error;
-use crate::open::of_series;
+use crate::workers::open::of_series;
 use crate::workspace::Workspace;
 use supine_flow::{Request, Session};
 use supine_space::{Grid, Point, Vector, View};
@@ -12,16 +12,14 @@ const SIDE: usize = 160;
 /// Black and white, HU.
 const WINDOW_HU: [f64; 2] = [-200.0, 250.0];
 
-impl Workspace {
-    /// A picture of a series that was found, as PNG.
-    ///
-    /// # Errors
-    /// When there is no such series, or it cannot be read.
-    pub(crate) fn picture(&self, id: &str) -> Result<Vec<u8>, Error> {
-        let (dir, uid) = self.held().series(id)?.clone();
-        let ct = Session::new(of_series(&dir, &uid)?, 1)?.ct(&Request::default())?;
-        png(&middle(&ct)).map_err(|e| Error::Request(e.to_string()))
-    }
+/// A picture of a series that was found, as PNG.
+///
+/// # Errors
+/// When there is no such series, or it cannot be read.
+pub(crate) fn picture(workspace: &Workspace, id: &str) -> Result<Vec<u8>, Error> {
+    let (dir, uid) = workspace.look(|store| store.folder.series(id).cloned())?;
+    let ct = Session::new(of_series(&dir, &uid)?, 1)?.ct(&Request::default())?;
+    png(&middle(&ct)).map_err(|e| Error::Request(e.to_string()))
 }
 
 /// A picture in grey.

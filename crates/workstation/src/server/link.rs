@@ -1,10 +1,10 @@
 //! The socket by which the page is told of each change.
 
-use crate::app::App;
-use crate::bed::{Applicator, Frames, PreviewRequest, Table};
-use crate::doors::Guest;
-use crate::follow::Navigation;
-use crate::guard::is_same;
+use crate::navigation::follow::Navigation;
+use crate::server::app::App;
+use crate::server::doors::Guest;
+use crate::server::guard::is_same;
+use crate::workers::tilt::{Applicator, Frames, PreviewRequest, Table};
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{ConnectInfo, State};
 use axum::response::Response;
@@ -25,7 +25,8 @@ const MOST: usize = 4096;
 #[serde(rename_all = "lowercase")]
 enum Said {
     /// The live picture of the table.
-    Bed(Table),
+    #[serde(rename = "bed")]
+    Table(Table),
     /// The same with an applicator.
     Applicator(Box<Applicator>),
 }
@@ -65,7 +66,7 @@ async fn tell(app: &App, socket: &mut WebSocket) {
     let frames = Frames::new(None);
     let mut pictures = frames.subscribe();
     states.mark_changed();
-    let mut navigations = app.workspace.following.watched();
+    let mut navigations = app.following.watched();
     if navigations.borrow().is_on() {
         navigations.mark_changed();
     }
@@ -95,9 +96,9 @@ async fn tell(app: &App, socket: &mut WebSocket) {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(Message::Text(text))) => {
                     match serde_json::from_str(&text) {
-                        Ok(Said::Bed(asked)) => app.workspace.tilt(PreviewRequest::Table(asked), &frames),
+                        Ok(Said::Table(asked)) => app.live.tilt(PreviewRequest::Table(asked), &frames),
                         Ok(Said::Applicator(asked)) => {
-                            app.workspace.tilt(PreviewRequest::Applicator(asked), &frames);
+                            app.live.tilt(PreviewRequest::Applicator(asked), &frames);
                         }
                         Err(_) => {}
                     }
