@@ -176,16 +176,16 @@ def simulated(window):
 
 def tilted(window):
     """The slider ends where it began: what was simulated is of the case again."""
-    state = window.until("the preview", lambda s: s["preview_bed"]["state"] == "ready")
-    first = state["case"]["values"]["bed.ap"]
+    state = window.until("the preview", lambda s: s["preview_tilt"]["state"] == "ready")
+    first = state["case"]["values"]["table.ap"]
     window.page.get_by_label("AP, slider").focus()
     for n in range(1, POSITIONS + 1):
         window.page.keyboard.press("ArrowRight" if n <= POSITIONS // 2 else "ArrowLeft")
         angle = first + 0.5 * min(n, POSITIONS - n)
         if n < POSITIONS:
             window.told("now().preview?.ap ?? null", lambda ap: ap == angle)
-        window.until("the table", lambda s: s["case"]["values"]["bed.ap"] == angle)
-    window.told("now().bed === null")
+        window.until("the table", lambda s: s["case"]["values"]["table.ap"] == angle)
+    window.told("now().tilt === null")
 
 
 def pushed(window):
@@ -197,7 +197,7 @@ def pushed(window):
         window.drag((box["x"] + x, box["y"] + y), (-6 if n % 2 else 6, 0))
         load = window.told(LOAD, lambda newest: newest and newest != load)
     window.key("Shift+P")
-    window.told("now().applicator === null && now().bed === null")
+    window.told("now().applicator === null && now().tilt === null")
 
 
 def compared(window):

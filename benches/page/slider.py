@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """From the slider of the operating table to the picture, in the browser. For developers; see README.md here.
 
-CASE is whole: CT, breast, tumour, bed. Each position is asked for alone, and timed from its event until the frame that shows it.
+CASE is whole: CT, breast, tumour, table. Each position is asked for alone, and timed from its event until the frame that shows it.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def told(page, what, seconds):
 def ready(supine, page):
     told(page, "now().server?.phase === 'ready' && now().voxels.ct?.arrived === now().voxels.ct?.voxels.length", 60)
     page.keyboard.press("Alt+4")
-    told(page, "now().step === 'bed' && now().crosshair", 10)
+    told(page, "now().step === 'table' && now().crosshair", 10)
     page.wait_for_timeout(1000)
     page.evaluate("""() => { const slider = document.querySelector('input[aria-label="AP, slider"]');
         slider.value = 1; slider.dispatchEvent(new Event("input", { bubbles: true })); }""")
@@ -93,7 +93,7 @@ def main():
     for cores, name in ((1, "one core"), (len(os.sched_getaffinity(0)), "all cores")):
         state, times = timed(options.supine, options.case, cores)
         print(row(name, times), flush=True)
-    print(f"\n{len(times)} positions; {state['preview_bed']['tetrahedra']} quadratic tetrahedra.")
+    print(f"\n{len(times)} positions; {state['preview_tilt']['tetrahedra']} quadratic tetrahedra.")
 
 
 if __name__ == "__main__":

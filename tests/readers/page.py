@@ -253,7 +253,7 @@ def painted_by_two(browser, address, window, image):
 def previewed(window):
     """The slider moves the breast at once; the picture says that it is none of the planning mesh."""
     page = window.page
-    window.until("the preview", lambda s: s["preview_bed"]["state"] == "ready")
+    window.until("the preview", lambda s: s["preview_tilt"]["state"] == "ready")
     slider = page.get_by_label("LAT, slider")
     slider.focus()
     before = window.pixels("coronal")
@@ -279,16 +279,16 @@ def previewed(window):
 
 
 def tilted(browser, address, server, window):
-    """Bed: two windows, the slower one is told."""
+    """Table: two windows, the slower one is told."""
     page = window.page
     page.keyboard.press("Alt+4")
     second = Window(browser, address, {"width": 1280, "height": 800}, "dark")
     second.idle()
     for name in ("ap", "lat"):
-        page.locator(f"#angle-bed-{name}").fill("0")
-        page.locator(f"#angle-bed-{name}").press("Enter")
+        page.locator(f"#angle-{name}").fill("0")
+        page.locator(f"#angle-{name}").press("Enter")
     previewed(window)
-    field = page.locator("#angle-bed-ap")
+    field = page.locator("#angle-ap")
     field.fill("2,5")
     field.press("Enter")
     window.until("a decimal comma", lambda s: s["case"]["values"].get("table.ap") == 2.5)
@@ -300,7 +300,7 @@ def tilted(browser, address, server, window):
     stopped(server, window)
     changed_by_two(window, second)
     for name, value in (("ap", 7.0), ("lat", 5.0)):
-        field = page.locator(f"#angle-bed-{name}")
+        field = page.locator(f"#angle-{name}")
         field.fill(str(value))
         field.press("Enter")
     window.until("the table", lambda s: [s["case"]["values"].get(f"table.{name}") for name in ("ap", "lat")] == [7, 5])
@@ -311,9 +311,9 @@ def tilted(browser, address, server, window):
     state = window.until("the deformed CT", lambda s: s["job"] is None and any(v["id"] == "deformed" for v in s["volumes"]))
     way = state["tumour"]
     assert way["length_mm"][0] < way["distance_mm"] < way["length_mm"][1], way
-    assert f"{way['distance_mm']:.1f} mm" in page.locator(".step-panel.bed .way").inner_text()
-    assert 0 <= state["preview_bed"]["final_mm"] < 2, state["preview_bed"]
-    window.picture("bed")
+    assert f"{way['distance_mm']:.1f} mm" in page.locator(".step-panel.table .way").inner_text()
+    assert 0 <= state["preview_tilt"]["final_mm"] < 2, state["preview_tilt"]
+    window.picture("table")
 
 
 def dosed(window, image):

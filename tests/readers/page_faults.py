@@ -47,8 +47,8 @@ def stopped(server, window):
     assert word(window) == "● saved", word(window)
     server.send_signal(signal.SIGSTOP)
     try:
-        page.locator("#angle-bed-ap").fill("3")
-        page.locator("#angle-bed-ap").press("Enter")
+        page.locator("#angle-ap").fill("3")
+        page.locator("#angle-ap").press("Enter")
         page.locator(".problem", has_text="has not answered for 3 s").wait_for()
         told = page.evaluate("() => window.told")
         assert told and not any("●" in one for one in told), told
@@ -63,7 +63,7 @@ def stopped(server, window):
 
 def changed_by_two(first, second):
     """The same value is changed in two windows: both are shown, and the user chooses."""
-    here, there = second.page.locator("#angle-bed-ap"), first.page.locator("#angle-bed-ap")
+    here, there = second.page.locator("#angle-ap"), first.page.locator("#angle-ap")
     second.page.keyboard.press("Alt+4")
     for theirs, choice, stays in ((4, "Keep the other\u2019s", 4), (5, "Use this one", 9)):
         here.fill("9")
@@ -83,11 +83,11 @@ def changed_by_two(first, second):
             one.until(choice, lambda s: s["case"]["values"]["table.ap"] == stays)
         second.comes("what was chosen", lambda: here.input_value() == str(stays) and word(second) == "● saved")
     # Another value of the same part is no conflict.
-    second.page.locator("#angle-bed-lat").fill("6")
+    second.page.locator("#angle-lat").fill("6")
     there.fill("2")
     there.press("Enter")
     second.until("the first", lambda s: s["case"]["values"]["table.ap"] == 2)
-    second.page.locator("#angle-bed-lat").press("Enter")
+    second.page.locator("#angle-lat").press("Enter")
     first.until("both", lambda s: [s["case"]["values"][f"table.{name}"] for name in ("ap", "lat")] == [2, 6])
     assert not second.page.locator(".conflict").count()
 
@@ -96,8 +96,8 @@ def old(window):
     """After a change what was found before is marked, until the change is taken back."""
     page = window.page
     page.keyboard.press("Alt+4")
-    page.locator("#angle-bed-ap").fill("8")
-    page.locator("#angle-bed-ap").press("Enter")
+    page.locator("#angle-ap").fill("8")
+    page.locator("#angle-ap").press("Enter")
     window.until("another table", lambda s: s["result"]["old"])
     page.keyboard.press("Alt+5")
     window.drawn()

@@ -91,7 +91,7 @@ static TRIES: &[Try] = &[
     case("a side without quotation marks", &["breast = left"], &["case.toml"]),
     case(
         "keys that are missing",
-        &["bed =", "tumour ="],
+        &["table =", "tumour ="],
         &["`table.ap`, `tumour.centre` are missing", "table = { ap = 7.0, lat = 5.0 }"],
     ),
     case(

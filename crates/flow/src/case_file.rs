@@ -164,7 +164,7 @@ mod tests {
     use super::*;
     use serde_json::{Value as Json, json};
 
-    const TEXT: &str = "# mine\nct = 'ct'\nbed = { ap = 7, lat = 5.0 } # tilt\n";
+    const TEXT: &str = "# mine\nct = 'ct'\ntable = { ap = 7, lat = 5.0 } # tilt\n";
 
     fn change(key: &str, value: Json) -> [Edit; 1] {
         [Edit { key: key.into(), value }]

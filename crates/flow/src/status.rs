@@ -317,7 +317,7 @@ mod tests {
     fn a_failure_is_told_with_its_place_and_a_de_identified_one_names_no_file() {
         let dir = tempfile::tempdir().unwrap();
         let (case, out) = (dir.path().join("Meier.toml"), dir.path().join("out"));
-        let whole = "ct = 'Meier_ct'\nbreast = 'left'\nbed = { ap = 7, lat = 5 }\n\
+        let whole = "ct = 'Meier_ct'\nbreast = 'left'\ntable = { ap = 7, lat = 5 }\n\
                      tumour = { centre = [1, 2, 3], radius = 9 }\n";
         for (text, anonymise, code, exit) in [
             ("breast = 'lft'\n", false, "case-value", 1),

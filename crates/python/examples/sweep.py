@@ -40,7 +40,7 @@ def by_the_command_line(binary: str, ct: Path, runs: int) -> float:
         centre = ", ".join(map(str, TUMOUR))
         case.write_text(
             f'ct = "{ct.resolve()}"\nbreast = "left"\n'
-            f"tumour = {{ centre = [{centre}], radius = 9.0 }}\nbed = {{ ap = 0.0, lat = 0.0 }}\n"
+            f"tumour = {{ centre = [{centre}], radius = 9.0 }}\ntable = {{ ap = 0.0, lat = 0.0 }}\n"
         )
         begun = time.perf_counter()
         for run, (ap, lat) in enumerate(TILTS[:runs]):

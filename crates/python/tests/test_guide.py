@@ -18,7 +18,7 @@ import supine
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "crates" / "python" / "examples"
 CASE = (
-    'ct = "ct"\nbreast = "left"\nbed = { ap = 7.0, lat = 5.0 }\nregion = { centre = [91.0, -235.0, -594.5], radius = 45.0 }\n'
+    'ct = "ct"\nbreast = "left"\ntable = { ap = 7.0, lat = 5.0 }\nregion = { centre = [91.0, -235.0, -594.5], radius = 45.0 }\n'
     "tumour = { centre = [91.37, -248.09, -594.5], radius = 9.0 }\nmesh = { tetrahedra = 500, order = 1 }\n"
 )
 

@@ -93,7 +93,7 @@ def test_the_same_bytes_as_the_command_line(
     session, summary, ours = finished
     case = tmp_path / "case.toml"
     case.write_text(
-        f'ct = "{folder / "ct"}"\nbreast = "left"\nbed = {{ ap = 7.0, lat = 5.0 }}\n'
+        f'ct = "{folder / "ct"}"\nbreast = "left"\ntable = {{ ap = 7.0, lat = 5.0 }}\n'
         "tumour = { centre = [91.37, -248.09, -594.5], radius = 9.0 }\n"
         "region = { centre = [91.0, -235.0, -594.5], radius = 45.0 }\n"
         "mesh = { tetrahedra = 500, order = 1 }\nexport = { clock = '2026-03-01 12:00:00' }\n"
@@ -134,7 +134,7 @@ def test_a_changed_session_equals_a_new_one(values: dict[str, Any]) -> None:
 
 def test_a_case_file_is_a_session_too(folder: Path, values: dict[str, Any], session: supine.Session) -> None:
     case = folder / "case.toml"
-    case.write_text('ct = "ct"\nbreast = "left"\nbed = { ap = 7.0, lat = 5.0 }\n')
+    case.write_text('ct = "ct"\nbreast = "left"\ntable = { ap = 7.0, lat = 5.0 }\n')
     rest = {key: values[key] for key in ("tumour", "region", "mesh")}
     read = supine.Session.read(case, **rest)
     assert np.array_equal(read.deformation.displacement, session.deformation.displacement)

@@ -47,7 +47,7 @@ fn a_case_from_a_region_lacks_the_tilt_alone_and_can_then_be_run() {
     // Never overwritten, unless that is asked.
     let said = init(&source(), &case, &[]);
     assert_eq!((said.code, told(&said)["error"]["exit"].as_u64()), (Some(5), Some(5)));
-    assert!(std::fs::read_to_string(&case).expect("the case").contains("\nbed = "));
+    assert!(std::fs::read_to_string(&case).expect("the case").contains("\ntable = "));
     init(&source(), &case, &[&"--overwrite"]).success("supine init --overwrite");
 }
 
@@ -66,7 +66,7 @@ fn every_optional_line_counts_once_its_mark_is_taken_away() {
         let table: toml::Table = line.parse().unwrap_or_else(|e| panic!("{line}: {e}"));
         assert_eq!(table.len(), 1, "{line}");
     }
-    assert!(!text.contains("\nbed") && !text.contains("\ntumour"), "nothing is guessed");
+    assert!(!text.contains("\ntable") && !text.contains("\ntumour"), "nothing is guessed");
 }
 
 #[test]

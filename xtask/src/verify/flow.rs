@@ -57,7 +57,7 @@ fn measured(bench: &Bench<'_>, supine: &Path, ct: &Path, tumour: [f64; 3]) -> Re
     let case = |ap: f64| -> Result<PathBuf> {
         let path = folder.join(format!("ap-{ap}.toml"));
         let text = format!(
-            "ct = {ct:?}\nbreast = \"left\"\nbed = {{ ap = {ap:?}, lat = 5.0 }}\n\
+            "ct = {ct:?}\nbreast = \"left\"\ntable = {{ ap = {ap:?}, lat = 5.0 }}\n\
              tumour = {{ centre = {tumour:?}, radius = 5.0 }}\n"
         );
         std::fs::write(&path, text)?;

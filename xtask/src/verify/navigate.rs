@@ -47,7 +47,7 @@ pub(super) fn planned(bench: &Bench<'_>) -> Result<PathBuf> {
     let ct = patients::unpacked(&patient, &folder)?;
     let (case, out) = (folder.join("case.toml"), folder.join("out"));
     let text = format!(
-        "ct = {ct:?}\nbreast = \"left\"\nbed = {{ ap = 7.0, lat = 5.0 }}\n\
+        "ct = {ct:?}\nbreast = \"left\"\ntable = {{ ap = 7.0, lat = 5.0 }}\n\
          tumour = {{ centre = [91.37, -248.09, -594.5], radius = 9.0 }}\n\
          tissue = {{ young = 0.9, rest = \"unloaded\" }}\nmesh = {{ tetrahedra = {} }}\n",
         PLANNED.0

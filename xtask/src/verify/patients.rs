@@ -91,7 +91,7 @@ fn tissue(truth: &Value) -> Result<(f64, String)> {
 fn case_text(ct: &Path, facts: &Value, young: f64, rest: &str) -> Result<String> {
     let side = facts["side"].as_str().context("no side in patient.json")?;
     Ok(format!(
-        "ct = {ct:?}\nbreast = {side:?}\nbed = {{ ap = {ap}, lat = {lat} }}\n\
+        "ct = {ct:?}\nbreast = {side:?}\ntable = {{ ap = {ap}, lat = {lat} }}\n\
          tumour = {{ centre = {centre}, radius = {radius} }}\n\
          tissue = {{ young = {young}, rest = {rest:?} }}\n",
         ct = std::path::absolute(ct)?,

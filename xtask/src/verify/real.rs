@@ -32,7 +32,7 @@ fn row(bench: &Bench<'_>, folder: &str, side: &str, tumour: &[f64; 3]) -> Result
     std::fs::write(
         &case,
         format!(
-            "ct = {ct:?}\nbreast = {side:?}\nbed = {{ ap = 7.0, lat = 5.0 }}\n\
+            "ct = {ct:?}\nbreast = {side:?}\ntable = {{ ap = 7.0, lat = 5.0 }}\n\
              tumour = {{ centre = {tumour:?}, radius = 5.0 }}\n"
         ),
     )?;

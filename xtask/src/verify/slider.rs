@@ -6,7 +6,7 @@ use std::process::Command;
 
 const TEXT: &str = include_str!("slider.md");
 /// The whole case of the chest CT.
-const CASE: &str = "breast = \"left\"\nbed = { ap = 0.0, lat = 0.0 }\n\
+const CASE: &str = "breast = \"left\"\ntable = { ap = 0.0, lat = 0.0 }\n\
                     tumour = { centre = [112.0, -72.0, -165.0], radius = 9.0 }\n";
 
 /// Text and table: of `benches/page/slider.py`.

@@ -169,7 +169,7 @@ mod tests {
     fn a_case_file_is_changed_by_the_other_columns() {
         let dir = tempfile::tempdir().unwrap();
         std::fs::create_dir(dir.path().join("a")).unwrap();
-        let case = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 1, lat = 2 }\n";
+        let case = "ct = 'ct'\nbreast = 'left'\ntable = { ap = 1, lat = 2 }\n";
         std::fs::write(dir.path().join("a/case.toml"), case).unwrap();
         let path = table(dir.path(), "name;case;table.ap;seeds.file\nx;a/case.toml;9.5;s.csv\n");
         let row = &rows(&path).unwrap()[0];

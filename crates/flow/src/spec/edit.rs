@@ -130,7 +130,7 @@ mod tests {
         edit(text, &[Edit { key: key.into(), value }]).unwrap()
     }
 
-    const TEXT: &str = "# Mrs X is not named here\nct = 'ct'  # the scan\nbed = { ap = 7, lat = 5.0 } # tilt\n\n\
+    const TEXT: &str = "# Mrs X is not named here\nct = 'ct'  # the scan\ntable = { ap = 7, lat = 5.0 } # tilt\n\n\
                         [tissue]\nyoung = 0.9 # fitted\n";
 
     #[test]

@@ -4,7 +4,7 @@ use super::*;
 use supine_mesh::Order;
 use supine_space::Side;
 
-const MINIMAL: &str = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 7.0, lat = 5.0 }\n\
+const MINIMAL: &str = "ct = 'ct'\nbreast = 'left'\ntable = { ap = 7.0, lat = 5.0 }\n\
                        tumour = { centre = [1.0, 2.0, 3.0], radius = 10.0 }\n";
 
 fn read(text: &str) -> Result<Case, CaseError> {
@@ -59,7 +59,7 @@ fn halves_of_tables_are_named_at_once_with_lines_to_put_in_their_place() {
     assert_eq!(lines.len(), 4, "{error}");
     let added: String = lines[1..].iter().map(|line| format!("{line}\n")).collect();
     assert!(read(&format!("ct = 'ct'\n{added}")).is_ok(), "the lines make a case: {added}");
-    let drawn = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 7, lat = 5 }\n\
+    let drawn = "ct = 'ct'\nbreast = 'left'\ntable = { ap = 7, lat = 5 }\n\
                  tumour = { structure = 'GTV \"a\"' }\nregion = { radius = 90 }\n";
     let error = read(drawn).unwrap_err().to_string();
     assert!(error.starts_with("`tumour.file`, `region.centre` are missing"), "{error}");

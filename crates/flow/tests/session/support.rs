@@ -133,7 +133,7 @@ pub(crate) fn write_all(folder: &Path, files: &Files) {
 }
 
 fn case() -> String {
-    "ct = \"ct\"\nbreast = \"left\"\nbed = { ap = 7.0, lat = 5.0 }\n\
+    "ct = \"ct\"\nbreast = \"left\"\ntable = { ap = 7.0, lat = 5.0 }\n\
      tumour = { centre = [91.37, -248.09, -594.5], radius = 9.0 }\n\
      region = { centre = [91.0, -235.0, -594.5], radius = 55.0 }\n\
      mesh = { tetrahedra = 500, order = 1 }\n"

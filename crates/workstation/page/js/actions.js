@@ -7,7 +7,7 @@ import { bodyOf, fromScreenOf, paneOf } from "./views/pane.js";
 /** @typedef {import("./geometry.js").Pair} Pair */
 /** @typedef {import("./state.js").State} State */
 
-export const steps = ["open", "mark", "segment", "bed", "check", "export"];
+export const steps = ["open", "mark", "segment", "table", "check", "export"];
 export const presets = [
   { name: "breast", width: 350, level: -20 }, { name: "soft tissue", width: 400, level: 40 },
   { name: "lung", width: 1500, level: -600 }, { name: "bone", width: 2000, level: 400 },

@@ -60,12 +60,12 @@ export function leaning({ left, head }) {
 }
 
 /** The applicator is part of the picture that is asked for. @param {State} state */
-export const isIn = (state) => state.step === "bed" && state.previewOn && Boolean(state.applicator?.inserted);
+export const isIn = (state) => state.step === "table" && state.previewOn && Boolean(state.applicator?.inserted);
 /** It is seen, in or not. @param {State} state */
-export const isSeen = (state) => state.step === "bed" && state.previewOn && state.applicator !== null;
+export const isSeen = (state) => state.step === "table" && state.previewOn && state.applicator !== null;
 
 /** A tracker holds it: no hand moves it then. @param {State} state */
-export const isTracked = ({ step, applicator, navigation }) => step === "bed" && applicator !== null && navigation !== null
+export const isTracked = ({ step, applicator, navigation }) => step === "table" && applicator !== null && navigation !== null
   && navigation.phase !== "off" && navigation.answer !== null;
 /** It stands in the views, in the picture that is asked for or as an outline. @param {State} state */
 export const isShown = (state) => isIn(state) || (isTracked(state) && isSeen(state));
@@ -85,7 +85,7 @@ const firstPlace = (state) => (tumourNow(state) ?? tumourOf(state))?.centre_mm ?
 /** The section is switched on, which puts the applicator in, or off. */
 export function toggleApplicator() {
   const state = now();
-  if (state.step !== "bed") return;
+  if (state.step !== "table") return;
   const centre = firstPlace(state);
   if (state.applicator || !centre) return change({ applicator: null });
   change({
@@ -130,7 +130,7 @@ export function putIn(place) {
 export const takenOut = (one) => one && { ...one, centre: centreOf(one), axis: axisOf(one), shift: nowhere, turn: nowhere, inserted: false };
 export const takeOut = () => change({ applicator: takenOut(now().applicator) });
 
-/** What the server is asked. @param {Applicator} one @param {import("./state.js").Angles} bed @param {any[][]} seen planes */
+/** What the server is asked. @param {Applicator} one @param {import("./state.js").Angles} tilt @param {any[][]} seen planes */
 export const questionOf = ({ centre, axis, radius, shaft, contact, shift, turn, tracked }, { ap, lat }, seen) =>
   ({ applicator: { ap, lat, centre, axis, radius, shaft, contact, pose: { shift, turn }, followed: Boolean(tracked), planes: seen } });
 

@@ -1,4 +1,4 @@
-// The live picture of the turned bed, with or without an applicator: what is asked for, one frame at a time, and what comes.
+// The live picture of the tilted table, with or without an applicator: what is asked for, one frame at a time, and what comes.
 import { isIn, isTracked, loadFrom, questionOf, takenOut } from "./applicator.js";
 import { clamp, nearest } from "./geometry.js";
 import { edit, followFrames, tell, valuesSeen } from "./link.js";
@@ -8,8 +8,8 @@ import { change, now, planes, viewOf } from "./state.js";
 /** @typedef {import("./state.js").Angles} Angles */
 /** @typedef {import("./state.js").Patched} Patched */
 
-/** The first bytes of a frame of the bed, and of one with an applicator. */
-const [ofBed, ofApplicator] = [0x44424553, 0x44424541];
+/** The first bytes of a frame of the table, and of one with an applicator. */
+const [ofTilt, ofApplicator] = [0x44424553, 0x44424541];
 /** The server may drop a frame that is late: after this it is asked again, ms. */
 const patience = 500;
 /** What a slider gives; numbers may go further. */
@@ -31,23 +31,23 @@ export function hindrance(state) {
 }
 
 /** Pictures can be had; the first question makes them ready. @param {State} state */
-const lane = ({ socket, server }) => socket && server?.preview_bed?.state !== "failed";
+const lane = ({ socket, server }) => socket && server?.preview_tilt?.state !== "failed";
 /** This applicator cannot be put in like this; another way it may be. @param {State} state */
 const failed = (state) => isIn(state) && state.server?.preview_applicator?.state === "failed";
 /** @param {State} state */
-const shownAngles = (state) => state.bed ?? caseAngles(state);
+const shownAngles = (state) => state.tilt ?? caseAngles(state);
 
 /** The picture that is wanted, as it is asked for. @param {State} state */
 function wanted(state) {
   const ct = state.voxels.ct;
   const held = isIn(state) ? state.applicator : null;
-  const bed = held ? shownAngles(state) : state.bed;
-  if (state.step !== "bed" || !state.previewOn || !bed || !lane(state) || !ct || !state.crosshair) return null;
+  const tilt = held ? shownAngles(state) : state.tilt;
+  if (state.step !== "table" || !state.previewOn || !tilt || !lane(state) || !ct || !state.crosshair) return null;
   const voxel = nearest(ct.grid, state.crosshair);
   const seen = planes.filter((name) => (state.large ?? name) === name)
     .flatMap((name) => { const view = viewOf(state, name); return view ? [[name, voxel[view.normal]]] : []; });
   if (seen.length === 0) return null;
-  return held ? questionOf(held, bed, seen) : { bed: { ...bed, planes: seen } };
+  return held ? questionOf(held, tilt, seen) : { tilt: { ...tilt, planes: seen } };
 }
 
 let asked = "";
@@ -73,7 +73,7 @@ function ask() {
 export function readFrame(buffer) {
   const head = new DataView(buffer);
   const magic = buffer.byteLength < 32 ? 0 : head.getUint32(0, true);
-  if (magic !== ofBed && magic !== ofApplicator) return null;
+  if (magic !== ofTilt && magic !== ofApplicator) return null;
   const [a, b, c, ms] = [16, 20, 24, 28].map((at) => head.getFloat32(at, true));
   /** @type {Record<string, Patched>} */
   const found = {};
@@ -84,7 +84,7 @@ export function readFrame(buffer) {
     at += 24 + 4 * Math.ceil((width * height) / 2);
   }
   const known = (/** @type {number} */ mm) => (Number.isNaN(mm) ? null : mm);
-  if (magic === ofBed) return { ap: tidy(a), lat: tidy(b), moved: known(c), ms, planes: found, load: null };
+  if (magic === ofTilt) return { ap: tidy(a), lat: tidy(b), moved: known(c), ms, planes: found, load: null };
   const end = new Float32Array(buffer, at, 8);
   return { ap: tidy(end[5]), lat: tidy(end[6]), moved: known(a), ms, planes: found, load: loadFrom([b, c], end) };
 }
@@ -104,51 +104,51 @@ function take(buffer) {
   ask();
 }
 
-/** What the case said when the hand began to turn the bed. @type {Record<string, any>|null} */
+/** What the case said when the hand began to tilt the table. @type {Record<string, any>|null} */
 let seen = null;
 /** What is being sent, which the case will say next. @type {Record<string, any>|null} */
 let sent = null;
 const seenNow = () => seen ?? sent ?? valuesSeen();
 
-/** A slider is being moved. @param {Angles} bed */
-export function tryAngles(bed) {
+/** A slider is being moved. @param {Angles} tilt */
+export function tryAngles(tilt) {
   seen = seenNow();
-  change({ bed, turning: true });
+  change({ tilt, turning: true });
 }
 
 let sending = false;
 let again = false;
 
-/** The angles go into the case: the newest, one edit at a time, however fast the keys come. @param {Angles} bed */
-export async function setAngles(bed) {
+/** The angles go into the case: the newest, one edit at a time, however fast the keys come. @param {Angles} tilt */
+export async function setAngles(tilt) {
   seen = seenNow();
-  change({ bed, turning: false });
+  change({ tilt, turning: false });
   again = true;
   if (sending) return;
   sending = true;
   while (again) {
     again = false;
-    const [{ bed: newest }, began] = [now(), seen];
+    const [{ tilt: newest }, began] = [now(), seen];
     const edits = newest && began ? editsOf(newest, began) : [];
     if (!now().turning) seen = null;
     sent = newest && { "table.ap": newest.ap, "table.lat": newest.lat };
-    if (edits.length > 0 && !await edit(edits, began ?? {}) && !again) change({ bed: caseAngles(now()) });
+    if (edits.length > 0 && !await edit(edits, began ?? {}) && !again) change({ tilt: caseAngles(now()) });
   }
   sending = false;
   sent = null;
   // An angle that another window has changed meanwhile is shown.
-  if (!now().turning && caseAngles(now())) change({ bed: caseAngles(now()) });
+  if (!now().turning && caseAngles(now())) change({ tilt: caseAngles(now()) });
   settle(now());
 }
 
-/** Only what the hand has changed: the other angle may be another window's. @param {Angles} bed @param {Record<string, any>} before */
-const editsOf = (bed, before) => [{ key: "table.ap", value: table.ap }, { key: "table.lat", value: table.lat }]
+/** Only what the hand has changed: the other angle may be another window's. @param {Angles} tilt @param {Record<string, any>} before */
+const editsOf = (tilt, before) => [{ key: "table.ap", value: tilt.ap }, { key: "table.lat", value: tilt.lat }]
   .filter(({ key, value }) => before[key] !== value);
 
 /** The simulated CT of these very angles is in the page. @param {State} state */
 function simulated(state) {
   const told = state.server?.volumes.find(({ id }) => id === "deformed");
-  return told && told.fresh !== false && state.voxels.deformed?.key === told.key && sameAngles(state.bed, caseAngles(state));
+  return told && told.fresh !== false && state.voxels.deformed?.key === told.key && sameAngles(state.tilt, caseAngles(state));
 }
 
 /** The case's simulation is of the angles that are shown. @param {State} state */
@@ -158,35 +158,35 @@ export const onTable = (state) => sameAngles(shownAngles(state), caseAngles(stat
 /** The picture goes when the step is left, when it is not wanted, and when the real one is there. @param {State} state */
 function settle(state) {
   const held = state.applicator?.inserted;
-  if (!state.bed && !state.preview && !held) return;
+  if (!state.tilt && !state.preview && !held) return;
   // Without the server's live lane, or while it makes a new mesh, the old picture says nothing.
   // With a tracker the next place may do.
   if (state.preview && (!lane(state) || (failed(state) && !isTracked(state)))) return change({ preview: null });
-  if (state.step !== "bed") change({ preview: null, bed: null, turning: false, carrying: false, applicator: takenOut(state.applicator) });
-  else if (!state.previewOn) return state.bed || state.preview ? change({ preview: null, bed: null, turning: false }) : undefined;
-  else if (!held && !state.turning && !sending && simulated(state)) change({ preview: null, bed: null, show: "deformed" });
+  if (state.step !== "table") change({ preview: null, tilt: null, turning: false, carrying: false, applicator: takenOut(state.applicator) });
+  else if (!state.previewOn) return state.tilt || state.preview ? change({ preview: null, tilt: null, turning: false }) : undefined;
+  else if (!held && !state.turning && !sending && simulated(state)) change({ preview: null, tilt: null, show: "deformed" });
 }
 
 /** What was simulated in this step is shown as soon as it comes. @param {State} state @param {State} before */
 function followSimulated(state, before) {
   const [came, had] = [state.voxels.deformed, before.voxels.deformed];
-  if (came && came.key !== had?.key && came.grid.fresh !== false && state.step === "bed" && !isIn(state) && !state.turning) change({ show: "deformed" });
+  if (came && came.key !== had?.key && came.grid.fresh !== false && state.step === "table" && !isIn(state) && !state.turning) change({ show: "deformed" });
 }
 
-/** Without its applicator the breast is shown as the bed alone has it. @param {State} state @param {State} before */
+/** Without its applicator the breast is shown as the table alone has it. @param {State} state @param {State} before */
 function followApplicator(state, before) {
-  if (isIn(before) && !isIn(state) && state.step === "bed" && state.previewOn) change({ preview: null, bed: shownAngles(state) });
+  if (isIn(before) && !isIn(state) && state.step === "table" && state.previewOn) change({ preview: null, tilt: shownAngles(state) });
 }
 
 /** Angles that someone else has set, or an undo, are those that are shown. @param {State} state @param {State} before */
 function followCase(state, before) {
   const angles = caseAngles(state);
-  if (!state.bed || state.turning || sending || sameAngles(angles, caseAngles(before)) || sameAngles(angles, state.bed)) return;
-  change(angles ? { bed: angles } : { bed: null, preview: null });
+  if (!state.tilt || state.turning || sending || sameAngles(angles, caseAngles(before)) || sameAngles(angles, state.tilt)) return;
+  change(angles ? { tilt: angles } : { tilt: null, preview: null });
 }
 
 /** @param {State} state @param {State} before */
-export function followBed(state, before) {
+export function followTilt(state, before) {
   // A lost frame must not block the next socket.
   if (state.socket !== before.socket || (failed(before) && !failed(state))) asked = "";
   followApplicator(state, before);

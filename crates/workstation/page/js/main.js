@@ -4,7 +4,7 @@ import { followFocus, keepFocus } from "./focus.js";
 import { makeHelp } from "./help.js";
 import { listenKeys } from "./keys.js";
 import { follow as followLink, takeToken } from "./link.js";
-import { followBed } from "./live.js";
+import { followTilt } from "./live.js";
 import { followTracker } from "./navigation.js";
 import { followPlanes } from "./planes.js";
 import { drawShell, makeHeader, speak, useTheme } from "./shell.js";
@@ -71,7 +71,7 @@ function start() {
   follow(followServer);
   follow(followSeeds);
   follow(followTracker);
-  follow(followBed);
+  follow(followTilt);
   follow(followPlanes);
   follow((state, before) => {
     if (state.voxels !== before.voxels || state.show !== before.show) placeCrosshair(state);

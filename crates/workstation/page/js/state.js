@@ -12,12 +12,12 @@
 /** @typedef {{tissue: Tissue, radius: number, points: Triple[]}} Stroke balls along a line, mm */
 /** @typedef {{n: number, stroke: Stroke, state: "going"|"taken"|"failed"}} Waiting a stroke that the labels do not have yet */
 /** @typedef {{segmenter: "none"|"preparing"|"ready", share: number|null, following: boolean, problem: Problem|null}} Live */
-/** @typedef {{ap: number, lat: number}} Angles of the bed */
+/** @typedef {{ap: number, lat: number}} Angles of the table */
 /** @typedef {{slice: number, x0: number, y0: number, width: number, height: number, hu: Int16Array}} Patched a piece of a plane */
-/** @typedef {Angles & {moved: number|null, ms: number, planes: Record<string, Patched>, load: Load|null}} Preview the CT as the bed
+/** @typedef {Angles & {moved: number|null, ms: number, planes: Record<string, Patched>, load: Load|null}} Preview the CT as the table
  *   would have it; `load`: with an applicator */
 /** @typedef {{state: "none"|"preparing"|"ready"|"failed", share: number|null, message: string|null}} Ready */
-/** @typedef {Ready & {tetrahedra: number|null, final_mm: number|null}} PreviewBed */
+/** @typedef {Ready & {tetrahedra: number|null, final_mm: number|null}} PreviewTilt */
 /** @typedef {{centre: Triple, axis: Triple, radius: number, shaft: number, contact: "tied"|"frictionless", shift: Triple, turn: Triple,
  *   inserted: boolean, tracked?: boolean}} Applicator `tracked`: where a tracker had it; put in at `centre`, its shaft along `axis`; since then moved, mm, and turned, radians about its centre */
 /** @typedef {{force: number, moment: number, tumour: Triple|null, away: number|null, gap: number|null}} Load force in N, moment in
@@ -45,7 +45,7 @@
  *   inspection: null|{dir: string, name: string, series: Series[], objects?: {kind: string, name: string}[]},
  *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],
  *   nodes?: {id: string, name: string, address: string}[], sent?: {to: string, text: string, ok: boolean}|null,
- *   tumour?: Way|null, result?: Result|null, live?: Live|null, preview_bed?: PreviewBed|null,
+ *   tumour?: Way|null, result?: Result|null, live?: Live|null, preview_tilt?: PreviewTilt|null,
  *   preview_applicator?: Ready|null, own?: Own|null, beside?: Beside[]}} Server */
 /** @typedef {{volume_ml: number, mean_gy: number, d98_gy: number, d50_gy: number, d2_gy: number, max_gy: number,
  *   shares: number[]}} Curve `shares`: of the volume, 0 to 1, with at least n steps of dose */
@@ -106,8 +106,8 @@ const initial = {
   erasing: false,
   /** @type {Stroke|null} the stroke under way */ stroke: null,
   /** @type {Waiting[]} */ waiting: [],
-  /** @type {Angles|null} angles that are tried, sent or not */ bed: null,
-  /** A slider of the bed is held. */ turning: false,
+  /** @type {Angles|null} angles that are tried, sent or not */ tilt: null,
+  /** A slider of the table is held. */ turning: false,
   /** @type {Preview|null} */ preview: null,
   previewOn: true,
   /** @type {Applicator|null} null: the section is switched off */ applicator: null,
@@ -134,7 +134,7 @@ const initial = {
 export const ofOneCt = {
   crosshair: initial.crosshair, cursor: null, ruler: null, draft: null, patch: -1, warning: null, typed: initial.typed, show: "ct",
   cameras: initial.cameras, scene: initial.scene, compare: initial.compare,
-  stroke: null, waiting: initial.waiting, bed: null, turning: false, preview: null,
+  stroke: null, waiting: initial.waiting, tilt: null, turning: false, preview: null,
   applicator: null, carrying: false,
   // The next patient may have a structure of the same name.
   hiddenLines: initial.hiddenLines,

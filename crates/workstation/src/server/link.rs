@@ -25,8 +25,7 @@ const MOST: usize = 4096;
 #[serde(rename_all = "lowercase")]
 enum Said {
     /// The live picture of the table.
-    #[serde(rename = "bed")]
-    Table(Table),
+    Tilt(Table),
     /// The same with an applicator.
     Applicator(Box<Applicator>),
 }
@@ -96,7 +95,7 @@ async fn tell(app: &App, socket: &mut WebSocket) {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(Message::Text(text))) => {
                     match serde_json::from_str(&text) {
-                        Ok(Said::Table(asked)) => app.live.tilt(PreviewRequest::Table(asked), &frames),
+                        Ok(Said::Tilt(asked)) => app.live.tilt(PreviewRequest::Table(asked), &frames),
                         Ok(Said::Applicator(asked)) => {
                             app.live.tilt(PreviewRequest::Applicator(asked), &frames);
                         }

@@ -55,7 +55,7 @@ pub(crate) struct Previews {
     #[serde(skip)]
     previewed: Option<Previewed>,
     live: LiveShown,
-    #[serde(rename = "preview_bed")]
+    #[serde(rename = "preview_tilt")]
     table: PreviewShown,
     #[serde(rename = "preview_applicator")]
     applicator: PreviewShown,

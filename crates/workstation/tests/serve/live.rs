@@ -43,7 +43,7 @@ fn one_thread_is_enough_for_a_picture() {
     let page = Page::with_threads(&small(dir.path()), 1);
     page.idle();
     let mut link = page.link(&page.token).unwrap();
-    let asked = json!({ "bed": { "ap": 7.0, "lat": 5.0, "planes": [["axial", 49]] } });
+    let asked = json!({ "tilt": { "ap": 7.0, "lat": 5.0, "planes": [["axial", 49]] } });
     link.say(&asked.to_string());
     assert_eq!(read(&link.picture()).numbers[..2], [7.0, 5.0]);
 }
@@ -56,7 +56,7 @@ fn the_table_is_tilted_live_and_comes_near_to_the_planning_mesh() {
     let mut link = page.link(&page.token).unwrap();
     let planes = json!([["axial", 49], ["sagittal", 187], ["coronal", 54]]);
     let mut tilt = |ap: f64, lat: f64| {
-        let asked = json!({ "bed": { "ap": ap, "lat": lat, "planes": planes } });
+        let asked = json!({ "tilt": { "ap": ap, "lat": lat, "planes": planes } });
         link.say(&asked.to_string());
         read(&link.picture())
     };
@@ -78,12 +78,12 @@ fn the_table_is_tilted_live_and_comes_near_to_the_planning_mesh() {
         assert!(hu.len() == before.len() && off * 200 < hu.len(), "{off} of {}", hu.len());
     }
     let state = page.get("/api/state").json();
-    assert_eq!(state["preview_bed"]["state"], "ready");
-    assert!(state["preview_bed"]["final_mm"].as_f64().unwrap() < 1.5, "{}", state["preview_bed"]);
+    assert_eq!(state["preview_tilt"]["state"], "ready");
+    assert!(state["preview_tilt"]["final_mm"].as_f64().unwrap() < 1.5, "{}", state["preview_tilt"]);
     // What is no question is passed over, and the socket lives on.
-    link.say("{\"bed\":{\"ap\":900,\"lat\":0,\"planes\":[]}}");
+    link.say("{\"tilt\":{\"ap\":900,\"lat\":0,\"planes\":[]}}");
     link.say("nonsense");
-    link.say(&json!({ "bed": { "ap": 1.0, "lat": 0.0, "planes": [] } }).to_string());
+    link.say(&json!({ "tilt": { "ap": 1.0, "lat": 0.0, "planes": [] } }).to_string());
     assert_eq!(read(&link.picture()).numbers[0], 1.0);
 }
 

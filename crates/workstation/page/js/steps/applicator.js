@@ -73,7 +73,7 @@ function standing(state) {
   if (!state.applicator || isTracked(state)) return "";
   if (!state.previewOn) return "The preview is switched off above.";
   if (!state.applicator.inserted) return "Out of the patient. Drag it, or give numbers, then put it in.";
-  const away = hindrance(state) ?? (state.bed || caseAngles(state) ? null : "Give both angles of the table first.");
+  const away = hindrance(state) ?? (state.tilt || caseAngles(state) ? null : "Give both angles of the table first.");
   const told = state.server?.preview_applicator;
   if (away) return away;
   if (told?.state === "failed") return `\u26a0 It cannot be held like this${told.message ? `: ${told.message}` : ""}. Move it, or insert it anew.`;

@@ -1,6 +1,6 @@
 // The panel on the right: one section for each step, the display below.
 import { makeDisplay } from "./display.js";
-import { bedParts } from "./bed.js";
+import { tableParts } from "./table.js";
 import { checkParts } from "./check.js";
 import { exportParts } from "./export.js";
 import { another, facts, save, switchVolume } from "./look.js";
@@ -20,7 +20,7 @@ export function makePanels(root) {
     open: panel("open", "1 Open", [...openParts(), facts(), save(), another()]),
     mark: panel("mark", "2 Mark", markParts()),
     segment: panel("segment", "3 Segment", segmentParts()),
-    bed: panel("bed", "4 Table", bedParts()),
+    table: panel("table", "4 Table", tableParts()),
     check: panel("check", "5 Check", checkParts()),
     export: panel("export", "6 Export", exportParts()),
   };

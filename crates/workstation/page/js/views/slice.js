@@ -88,7 +88,7 @@ function makePainter(canvas) {
  * @param {State} s @param {string} name */
 const linesOf = (s, name) => [s.voxels, s.server, s.crosshair, s.cameras[name], s.boxes[name], s.overlays, s.lines, s.section, s.hiddenLines,
   s.linesCame, s.ruler, s.draft, s.patch, s.step, s.show, s.flicker, s.compare, s.stroke, s.waiting, s.brush, s.tool, s.erasing,
-  brushOf(s, name), s.preview, s.bed, s.applicator, s.previewOn, isTracked(s) && s.navigation, window.devicePixelRatio];
+  brushOf(s, name), s.preview, s.tilt, s.applicator, s.previewOn, isTracked(s) && s.navigation, window.devicePixelRatio];
 
 /** Pixels are square in mm: the canvas's size in the page is that of the plane. @param {HTMLCanvasElement} canvas @param {Pane} pane */
 function lay(canvas, { frame, plane }) {

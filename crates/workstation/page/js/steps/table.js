@@ -16,7 +16,7 @@ const angles = [["ap", "AP"], ["lat", "LAT"]];
 /** A slider and a number of one angle. @param {"ap"|"lat"} id @param {string} name
  * @param {(held: boolean) => void} told of each change; `held`: the slider still moves */
 function angle(id, name, told) {
-  const number = numberField(name, { id: `angle-bed-${id}`, unit: "\u00b0", min: -limits.number, max: limits.number, onchange: (x) => {
+  const number = numberField(name, { id: `angle-${id}`, unit: "\u00b0", min: -limits.number, max: limits.number, onchange: (x) => {
     slider.value = String(onSlider(x));
     told(false);
   } });
@@ -30,7 +30,7 @@ function angle(id, name, told) {
   });
   const root = element("div", { class: "angle" }, number.root, slider);
   const draw = (/** @type {State} */ state) => {
-    const value = state.bed?.[id] ?? state.server?.case?.values[`table.${id}`];
+    const value = state.tilt?.[id] ?? state.server?.case?.values[`table.${id}`];
     if (typeof value !== "number" || slider.matches(":active")) return;
     show(number.field, String(value));
     show(slider, String(onSlider(value)));
@@ -67,14 +67,14 @@ function meaning() {
   const root = element("p", { class: "quiet" });
   return { root, draw: (state) => {
     const values = state.server?.case?.values ?? {};
-    const head = turned(state.bed?.ap ?? values["table.ap"], "AP", ["the head is raised", "the head is lowered"]);
-    const left = turned(state.bed?.lat ?? values["table.lat"], "LAT",
+    const head = turned(state.tilt?.ap ?? values["table.ap"], "AP", ["the head is raised", "the head is lowered"]);
+    const left = turned(state.tilt?.lat ?? values["table.lat"], "LAT",
       ["the patient\u2019s left side is lowered", "the patient\u2019s left side is raised"]);
     say(root, `${head}; ${left}.`);
   } };
 }
 
-/** What is seen while the bed turns. @returns {Part} */
+/** What is seen while the table tilts. @returns {Part} */
 function picture() {
   return part("picture", ({ previewOn }) => previewOn, (on) => [
     element("h3", {}, "While the table tilts"),
@@ -84,7 +84,7 @@ function picture() {
         "CT as acquired"))]);
 }
 
-/** @param {NonNullable<import("../state.js").Server["preview_bed"]>} bed */
+/** @param {NonNullable<import("../state.js").Server["preview_tilt"]>} tilt */
 function standing({ state, share, message, tetrahedra, final_mm: off }) {
   if (state === "preparing") return `Making the preview ready (${percent(share) || "\u2026"})`;
   if (state === "failed") return `\u26a0 No preview${message ? `: ${message}` : "."}`;
@@ -99,7 +99,7 @@ function goodness() {
   const moved = element("p", { class: "moved" });
   return { root: element("div", { class: "goodness" }, told, moved), draw: (state) => {
     const { server, preview, previewOn } = state;
-    say(told, previewOn ? hindrance(state) ?? (server?.preview_bed ? standing(server.preview_bed) : "") : "");
+    say(told, previewOn ? hindrance(state) ?? (server?.preview_tilt ? standing(server.preview_tilt) : "") : "");
     // With an applicator its own section says more.
     say(moved, typeof preview?.moved === "number" && !preview.load ? `PREVIEW: the tumour moves by ${fixed(preview.moved)} mm.` : "");
     moved.hidden = moved.textContent === "";
@@ -107,4 +107,4 @@ function goodness() {
 }
 
 /** @returns {Part[]} */
-export const bedParts = () => [bothAngles(), meaning(), picture(), goodness(), applicatorPart(), runButton("Simulate", null), way(), history()];
+export const tableParts = () => [bothAngles(), meaning(), picture(), goodness(), applicatorPart(), runButton("Simulate", null), way(), history()];
