@@ -2,10 +2,9 @@
 //!
 //! Pixel (i, j) has its centre at (i, j); x runs right, y down.
 
+use crate::palette::HALO;
+pub(crate) use crate::palette::Rgb;
 pub(crate) use supine_space::Spot;
-
-/// Red, green, blue, sRGB.
-pub(crate) type Rgb = [u8; 3];
 
 /// How a stroke looks.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +30,7 @@ impl Pen {
 
     /// The dark pen that is drawn below this one so that it shows on any ground.
     fn halo(self) -> Self {
-        Self { width: self.width + 2.6, rgb: [0, 0, 0], alpha: 0.7 * self.alpha }
+        Self { width: self.width + 2.6, rgb: HALO.0, alpha: HALO.1 * self.alpha }
     }
 }
 

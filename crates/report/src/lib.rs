@@ -12,7 +12,6 @@ mod agreement;
 mod body;
 mod canvas;
 mod cohort;
-mod colour;
 mod dose_volume;
 mod encoded;
 mod error;
@@ -20,6 +19,7 @@ mod files;
 mod first;
 mod html;
 mod lettering;
+pub mod palette;
 mod patient_identity;
 mod pdf;
 #[cfg(test)]

@@ -10,9 +10,9 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use crate::canvas::Rgb;
 use crate::encoded::EncodedRow;
 use crate::first::{ABOUT, BANNER, BEFORE_SEEDS, First, LEGEND, NOT_FOR, PLACES, WINDOW};
+use crate::palette::{CHECK, GOOD, INK, LINE, QUIET, STOP, WHITE};
 use crate::pictures::Part;
 use crate::tables::{self, Table};
 use crate::{Error, PatientIdentity, Pictures, Summary};
@@ -21,11 +21,6 @@ use metrics::{Font, width};
 use picture::Raster;
 use sheet::{Frame, SIDE, WIDE, WIDTH};
 
-const INK: Rgb = [24, 26, 30];
-const QUIET: Rgb = [84, 88, 96];
-const FAINT: Rgb = [200, 203, 208];
-const WHITE: Rgb = [255; 3];
-const RED: Rgb = [164, 14, 38];
 const TITLE: Style = Style::new(Font::Bold, 16.0, INK);
 const HEADING: Style = Style::new(Font::Bold, 10.5, INK);
 const BODY: Style = Style::new(Font::Plain, 9.0, INK);
@@ -107,10 +102,10 @@ fn facts<'a>(
 
 /// The verdict in words on a tinted ground, each reason whole.
 fn verdict(setter: &Setter, first: &First) -> Vec<Block> {
-    let (bar, ground): (Rgb, Rgb) = match first.class {
-        "good" => ([15, 92, 54], [232, 246, 238]),
-        "stop" => (RED, [253, 236, 238]),
-        _ => ([122, 75, 0], [255, 245, 220]),
+    let [bar, ground] = match first.class {
+        "good" => GOOD,
+        "stop" => STOP,
+        _ => CHECK,
     };
     const IN: [f64; 2] = [10.0, 2.0];
     const NUMBER: f64 = 14.0;
@@ -225,7 +220,7 @@ fn framed(
 ) -> [Block; 2] {
     const IN: [f64; 2] = [7.0, 4.0];
     let style = Style::new(Font::Bold, 8.5, WHITE);
-    let banner = setter.text(BANNER, style, WIDE - 2.0 * IN[0]).on(RED, WIDE, IN);
+    let banner = setter.text(BANNER, style, WIDE - 2.0 * IN[0]).on(STOP[0], WIDE, IN);
     let identity: Vec<(&str, &str)> = facts
         .iter()
         .filter(|(what, _)| ["Patient", "ID", "Born"].contains(what))
@@ -244,7 +239,7 @@ fn foot(setter: &Setter, summary: &Summary, date: &str, [n, of]: [usize; 2]) -> 
     let id = summary.id.iter().map(|id| format!("Result {id}, "));
     let result: String = id.collect();
     let made = format!("{} {}. {result}{date}.", summary.tool.name, summary.tool.version);
-    let line = Op::Fill { at: [0.0, 0.0], size: [WIDTH - 2.0 * SIDE, 0.4], rgb: FAINT };
+    let line = Op::Fill { at: [0.0, 0.0], size: [WIDTH - 2.0 * SIDE, 0.4], rgb: LINE };
     let left = setter.text(&made, SMALL, WIDE);
     let line = Block { height: 3.0, ops: vec![line] };
     line.above(left.beside(0.0, &setter.ending(&format!("Page {n} of {of}"), SMALL, WIDE)))

@@ -2,7 +2,7 @@
 
 use super::block::{Block, Op, Setter, Style};
 use super::metrics::{Font, width};
-use super::{FAINT, INK, QUIET};
+use crate::palette::{INK, LINE, QUIET};
 use crate::tables::Table;
 
 /// Between columns, points.
@@ -48,7 +48,7 @@ fn row(
     }
     let mut block = Block::gap(AIR).above(block).above(Block::gap(AIR));
     let at = [0.0, block.height - 0.4];
-    block.ops.push(Op::Fill { at, size: [wide, 0.4], rgb: FAINT });
+    block.ops.push(Op::Fill { at, size: [wide, 0.4], rgb: LINE });
     block
 }
 

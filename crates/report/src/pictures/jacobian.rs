@@ -5,7 +5,7 @@ use super::moving::Motion;
 use super::{Legend, Part, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::words::{fixed, triple};
-use crate::{Error, Shown, VolumeChange, colour, tables, words};
+use crate::{Error, Shown, VolumeChange, palette, tables, words};
 use supine_mesh::{Below, det_f};
 use supine_space::View;
 use supine_space::{Point, Progress};
@@ -87,12 +87,12 @@ fn picture(studio: &Studio<'_>, motion: &Motion, span: f64, at: Option<&Point>) 
 
 fn cross(canvas: &mut Canvas, motion: &Motion, at: Option<&Point>) {
     if let Some(at) = at {
-        canvas.circle(motion.plane.spot(at), 14.0, 0, Pen::new(1.8, colour::BEFORE));
+        canvas.circle(motion.plane.spot(at), 14.0, 0, Pen::new(1.8, palette::BEFORE));
     }
 }
 
 fn by_change(share: f64) -> Rgb {
-    colour::on_scale(&colour::DIVERGING, share)
+    palette::on_scale(&palette::DIVERGING, share)
 }
 
 /// The axial plane through an extreme of det F: before, after, change of volume.
@@ -148,7 +148,7 @@ fn histograms(volumes: &[VolumeChange]) -> Row {
         let [width, height] = HISTOGRAM;
         let mut canvas = Canvas::new(width, height * volumes.len().div_ceil(columns));
         let size = [width, canvas.height()];
-        canvas.rectangle([0, 0], size, colour::NOTHING, 1.0);
+        canvas.rectangle([0, 0], size, palette::NOTHING, 1.0);
         let own: Vec<_> = volumes.iter().skip(n).step_by(columns).collect();
         for (at, change) in own.iter().enumerate() {
             histogram(&mut canvas, at * height, change);

@@ -5,7 +5,7 @@ use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::lettering::Align;
 use crate::summary::WallUncertainty;
 use crate::words::fixed;
-use crate::{Error, Scene, colour};
+use crate::{Error, Scene, palette};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use supine_space::{Plane, View};
@@ -35,9 +35,9 @@ pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, w
     };
     let (uncertain, sure): (Vec<[Spot; 2]>, Vec<[Spot; 2]>) =
         lines.into_iter().partition(uncertain);
-    canvas.stroke_on_halo(&sure, Pen::new(1.5, colour::CHEST_WALL));
-    canvas.stroke(&uncertain, Pen::new(5.6, [0; 3]));
-    canvas.stroke(&dashes(&uncertain), Pen::new(3.0, colour::UNCERTAIN));
+    canvas.stroke_on_halo(&sure, Pen::new(1.5, palette::CHEST_WALL));
+    canvas.stroke(&uncertain, Pen::new(5.6, palette::BLACK));
+    canvas.stroke(&dashes(&uncertain), Pen::new(3.0, palette::UNCERTAIN));
 }
 
 /// Whether the boundary at a point (LPS, mm) may be wrong by more than the limit: the worst of the
@@ -93,14 +93,14 @@ pub(super) fn row(
         let plane = studio.plane(view, &studio.scene.sphere.centre());
         let mut canvas = relief(studio, &plane, wall);
         let (centre, radius) = (studio.scene.sphere.centre(), studio.scene.sphere.radius());
-        let pen = Pen::new(1.0, colour::REGION).alpha(0.55);
+        let pen = Pen::new(1.0, palette::REGION).alpha(0.55);
         canvas.circle(plane.spot(&centre), radius / plane.pixel_mm, 48, pen);
         if let Some(tumour) = studio.scene.tumour {
             let (at, radius) = (plane.spot(&tumour.centre()), tumour.radius() / plane.pixel_mm);
-            canvas.circle(at, radius, 0, Pen::new(1.8, colour::BEFORE));
+            canvas.circle(at, radius, 0, Pen::new(1.8, palette::BEFORE));
         }
         if let Some(nipple) = studio.scene.nipple {
-            canvas.cross(plane.spot(&nipple), 9.0, Pen::new(1.8, colour::BEFORE));
+            canvas.cross(plane.spot(&nipple), 9.0, Pen::new(1.8, palette::BEFORE));
         }
         dress(&mut canvas, &plane, "");
         key(&mut canvas, studio.uncertain_mm);
@@ -157,16 +157,16 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
     let mut canvas = Canvas::new(plane.width, plane.height);
     for (n, point) in points.iter().enumerate() {
         let Some(p) = point else {
-            canvas.mix(n, colour::NOTHING, 1.0);
+            canvas.mix(n, palette::NOTHING, 1.0);
             continue;
         };
         let inside = scene.sphere.contains(p);
         let light = lambert(&points, plane, n) * if inside { 1.0 } else { DIM };
         let stripe = striped(n % plane.width, n / plane.width);
         let rgb = match (inside && is_uncertain(scene, studio.uncertain_mm, p), stripe) {
-            (true, true) => colour::UNCERTAIN,
-            (true, false) => [0; 3],
-            _ => colour::CHEST_WALL.map(|c| (f64::from(c) * light) as u8),
+            (true, true) => palette::UNCERTAIN,
+            (true, false) => palette::BLACK,
+            _ => palette::CHEST_WALL.map(|c| (f64::from(c) * light) as u8),
         };
         canvas.mix(n, rgb, 1.0);
     }
@@ -231,7 +231,7 @@ fn lambert(points: &[Option<Point>], plane: &Plane, n: usize) -> f64 {
 fn key(canvas: &mut Canvas, uncertain_mm: f64) {
     let small = 0.8 * LETTER;
     let top = canvas.height() - 52;
-    canvas.rectangle([5, top], [190, 47], colour::PANEL, super::PANEL);
+    canvas.rectangle([5, top], [190, 47], palette::PANEL, super::PANEL);
     let lines = [("sure".to_string(), false), (format!("may be off > {uncertain_mm:.1} mm"), true)];
     for (row, (text, uncertain)) in lines.into_iter().enumerate() {
         let y = top + 6 + 20 * row;
@@ -239,14 +239,14 @@ fn key(canvas: &mut Canvas, uncertain_mm: f64) {
             for dy in 0..14 {
                 let light = striped(x, dy);
                 let rgb: Rgb = match (uncertain, light) {
-                    (true, true) => colour::UNCERTAIN,
-                    (true, false) => [0; 3],
-                    _ => colour::CHEST_WALL,
+                    (true, true) => palette::UNCERTAIN,
+                    (true, false) => palette::BLACK,
+                    _ => palette::CHEST_WALL,
                 };
                 canvas.rectangle([12 + x, y + dy], [1, 1], rgb, 1.0);
             }
         }
-        canvas.text(&text, [44.0, (y + 12) as f64], Align::Left, small, colour::TEXT);
+        canvas.text(&text, [44.0, (y + 12) as f64], Align::Left, small, palette::TEXT);
     }
 }
 
