@@ -1,5 +1,8 @@
 //! Surfaces of triangles as a body: seen along a direction, the nearest on top, lit, with their
 //! edges.
+//!
+//! Our own: tiny-skia knows no depth, and rasterisers that do want a processor for graphics, whose
+//! bytes differ from one to the next, or a window.
 
 use crate::canvas::{Canvas, Rgb, Spot};
 use crate::palette;

@@ -17,6 +17,7 @@ mod encoded;
 mod error;
 mod files;
 mod first;
+mod fonts;
 mod html;
 mod lettering;
 pub mod palette;

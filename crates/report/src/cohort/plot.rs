@@ -1,4 +1,7 @@
 //! A figure of all patients on one axis: a mark for each, quartiles, and what lies apart.
+//!
+//! SVG, not pixels: each mark leads to its patient, says its value and follows the page's colours,
+//! which no library for plots keeps.
 
 use super::Patient;
 use super::card::{anchor, class};

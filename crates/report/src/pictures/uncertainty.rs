@@ -2,12 +2,11 @@
 
 use super::{LETTER, Part, Picture, Row, Studio, dress};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
-use crate::lettering::Align;
+use crate::lettering::{Align, text_width};
 use crate::summary::WallUncertainty;
 use crate::words::fixed;
 use crate::{Error, Scene, palette};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
 use supine_volume::contour;
@@ -37,7 +36,7 @@ pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, w
         lines.into_iter().partition(uncertain);
     canvas.stroke_on_halo(&sure, Pen::new(1.5, palette::CHEST_WALL));
     canvas.stroke(&uncertain, Pen::new(5.6, palette::BLACK));
-    canvas.stroke(&dashes(&uncertain), Pen::new(3.0, palette::UNCERTAIN));
+    canvas.stroke(&uncertain, Pen::new(3.0, palette::UNCERTAIN).dashed(DASH));
 }
 
 /// Whether the boundary at a point (LPS, mm) may be wrong by more than the limit: the worst of the
@@ -48,34 +47,6 @@ pub(crate) fn is_uncertain(scene: &Scene<'_>, limit_mm: f64, p: &Point) -> bool 
     let at =
         |c: usize| [0, 1, 2].map(|a| (index[a].max(0.0) as usize + (c >> a & 1)).min(size[a] - 1));
     (0..8).any(|c| f64::from(map.at(at(c))) > 10.0 * limit_mm)
-}
-
-/// Every other piece of the chains that the segments form.
-fn dashes(segments: &[[Spot; 2]]) -> Vec<[Spot; 2]> {
-    let key = |s: Spot| s.map(|c| (c * 256.0).round() as i64);
-    let mut ends: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-    for (n, segment) in segments.iter().enumerate() {
-        segment.iter().for_each(|&s| ends.entry(key(s)).or_default().push(n));
-    }
-    // Open chains first, from their ends; what is left are rings.
-    let open = ends.iter().filter(|(_, at)| at.len() == 1).map(|(&k, at)| (at[0], k));
-    let rings = (0..segments.len()).map(|n| (n, key(segments[n][0])));
-    let mut drawn = vec![false; segments.len()];
-    let mut out = Vec::new();
-    for (first, start) in open.chain(rings).collect::<Vec<_>>() {
-        let (mut next, mut from, mut length) = (Some(first).filter(|&n| !drawn[n]), start, 0.0);
-        while let Some(n) = next {
-            drawn[n] = true;
-            let [a, b] = segments[n];
-            if ((length / DASH) as usize).is_multiple_of(2) {
-                out.push([a, b]);
-            }
-            length += (a[0] - b[0]).hypot(a[1] - b[1]);
-            from = if key(a) == from { key(b) } else { key(a) };
-            next = ends[&from].iter().copied().find(|&m| !drawn[m]);
-        }
-    }
-    out
 }
 
 /// The chest wall from the front and from the side of the breast, with its uncertain places.
@@ -231,8 +202,9 @@ fn lambert(points: &[Option<Point>], plane: &Plane, n: usize) -> f64 {
 fn key(canvas: &mut Canvas, uncertain_mm: f64) {
     let small = 0.8 * LETTER;
     let top = canvas.height() - 52;
-    canvas.rectangle([5, top], [190, 47], palette::PANEL, super::PANEL);
     let lines = [("sure".to_string(), false), (format!("may be off > {uncertain_mm:.1} mm"), true)];
+    let width = 48 + text_width(&lines[1].0, small) as usize;
+    canvas.rectangle([5, top], [width, 47], palette::PANEL, super::PANEL);
     for (row, (text, uncertain)) in lines.into_iter().enumerate() {
         let y = top + 6 + 20 * row;
         for x in 0..24 {
@@ -271,27 +243,4 @@ pub(crate) fn sentence(uncertainty: &WallUncertainty) -> String {
         patch.place,
         fixed(patch.error_mm, 0),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_ring_and_a_line_are_half_drawn_whatever_the_order_of_their_segments() {
-        let at = |n: usize| {
-            let a = n as f64 / 100.0 * std::f64::consts::TAU;
-            [200.0 + 80.0 * a.cos(), 200.0 + 80.0 * a.sin()]
-        };
-        let mut segments: Vec<[Spot; 2]> =
-            (0..100).map(|n| (n * 37) % 100).map(|n| [at(n), at(n + 1)]).collect();
-        segments.extend((0..60).map(|n| (n * 23) % 60).map(|n| {
-            let x = n as f64 * 4.0;
-            if n % 2 == 0 { [[x, 5.0], [x + 4.0, 5.0]] } else { [[x + 4.0, 5.0], [x, 5.0]] }
-        }));
-        let length =
-            |s: &[[Spot; 2]]| s.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).sum::<f64>();
-        let share = length(&dashes(&segments)) / length(&segments);
-        assert!((0.42..0.62).contains(&share), "{share}");
-    }
 }
