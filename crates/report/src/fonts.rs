@@ -1,8 +1,6 @@
 //! The letters of pictures and PDF: DejaVu Sans Condensed, embedded, so that they are the same
 //! everywhere.
 
-#![cfg_attr(not(test), expect(dead_code, reason = "the PDF takes the bold face, next"))]
-
 use skrifa::instance::{LocationRef, Size};
 use skrifa::raw::TableProvider;
 use skrifa::{FontRef, GlyphId, MetadataProvider};
