@@ -117,6 +117,16 @@ impl Canvas {
         self.path_on_halo(circle.as_ref(), Pen { dash: length, ..pen });
     }
 
+    /// An ellipse: what two columns make of a circle of radius 1.
+    pub(crate) fn ellipse(&mut self, [x, y]: Spot, columns: [Spot; 2], pen: Pen) {
+        // Curves approach a circle by what is seen at its size.
+        const LARGE: f32 = 1000.0;
+        let [[xx, yx], [xy, yy]] = columns.map(|column| column.map(|c| c as f32 / LARGE));
+        let to = Transform::from_row(xx, yx, xy, yy, x as f32, y as f32);
+        let circle = PathBuilder::from_circle(0.0, 0.0, LARGE);
+        self.path_on_halo(circle.and_then(|circle| circle.transform(to)).as_ref(), pen);
+    }
+
     /// An upright cross with arms of `arm` pixels and a free middle.
     pub(crate) fn cross(&mut self, [x, y]: Spot, arm: f64, pen: Pen) {
         let gap = arm / 3.0;

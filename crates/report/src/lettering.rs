@@ -4,7 +4,8 @@ use crate::canvas::{Canvas, Rgb, Spot};
 use crate::fonts::Face;
 use skrifa::MetadataProvider;
 use skrifa::instance::{LocationRef, Size};
-use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::outline::DrawSettings;
+use skrifa::outline::pen::PathElement;
 use tiny_skia::PathBuilder;
 
 /// Height of a capital in sizes of the font.
@@ -26,45 +27,6 @@ pub(crate) enum Align {
     Right,
 }
 
-/// Outlines of letters at a place of a picture, whose y runs down.
-struct Outlines {
-    path: PathBuilder,
-    /// Where the letter stands, pixels.
-    at: [f32; 2],
-}
-
-impl Outlines {
-    fn spot(&self, x: f32, y: f32) -> (f32, f32) {
-        (self.at[0] + x, self.at[1] - y)
-    }
-}
-
-impl OutlinePen for Outlines {
-    fn move_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.spot(x, y);
-        self.path.move_to(x, y);
-    }
-
-    fn line_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.spot(x, y);
-        self.path.line_to(x, y);
-    }
-
-    fn quad_to(&mut self, cx: f32, cy: f32, x: f32, y: f32) {
-        let ((cx, cy), (x, y)) = (self.spot(cx, cy), self.spot(x, y));
-        self.path.quad_to(cx, cy, x, y);
-    }
-
-    fn curve_to(&mut self, ax: f32, ay: f32, bx: f32, by: f32, x: f32, y: f32) {
-        let ((ax, ay), (bx, by), (x, y)) = (self.spot(ax, ay), self.spot(bx, by), self.spot(x, y));
-        self.path.cubic_to(ax, ay, bx, by, x, y);
-    }
-
-    fn close(&mut self) {
-        self.path.close();
-    }
-}
-
 impl Canvas {
     /// Writes a text with capitals `size` pixels high, on a dark halo.
     pub(crate) fn text(&mut self, text: &str, spot: Spot, align: Align, size: f64, rgb: Rgb) {
@@ -77,16 +39,29 @@ impl Canvas {
         let (outlines, em) = (font.outline_glyphs(), size.round() / CAPITAL);
         let left = spot[0] - shift * text_width(text, size);
         // On the lower edge of a row of pixels, and whole pixels high: letters are sharp there.
-        let base = spot[1].floor() + 0.5;
-        let mut pen = Outlines { path: PathBuilder::new(), at: [0.0; 2] };
+        let base = (spot[1].floor() + 0.5) as f32;
+        let mut path = PathBuilder::new();
         for letter in Face::Plain.line(text) {
-            pen.at = [(left + letter.x * em) as f32, base as f32];
+            let at = (left + letter.x * em) as f32;
             let settings = DrawSettings::unhinted(Size::new(em as f32), LocationRef::default());
+            let mut drawn = Vec::new();
             let Some(outline) = outlines.get(letter.glyph) else { continue };
             // The project's own font has no outline that cannot be drawn.
-            let _drawn = outline.draw(settings, &mut pen);
+            let _metrics = outline.draw(settings, &mut drawn);
+            for element in drawn {
+                match element {
+                    PathElement::MoveTo { x, y } => path.move_to(at + x, base - y),
+                    PathElement::LineTo { x, y } => path.line_to(at + x, base - y),
+                    PathElement::QuadTo { cx0, cy0, x, y } => {
+                        path.quad_to(at + cx0, base - cy0, at + x, base - y);
+                    }
+                    // Outlines of TrueType have none.
+                    PathElement::CurveTo { .. } => {}
+                    PathElement::Close => path.close(),
+                }
+            }
         }
-        self.letters(pen.path, rgb);
+        self.letters(path, rgb);
     }
 }
 

@@ -114,8 +114,7 @@ impl Block {
 
     /// As one thing.
     pub(super) fn within(mut self, role: Role) -> Self {
-        self.ops.insert(0, Op::Open(role));
-        self.ops.push(Op::Close);
+        within(role, std::slice::from_mut(&mut self));
         self
     }
 

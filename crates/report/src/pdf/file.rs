@@ -23,23 +23,15 @@ use krilla::text::{Font, GlyphId, KrillaGlyph};
 use krilla::{Document, SerializeSettings};
 use std::num::NonZeroU16;
 
-/// What a reader shows of the document beside its pages.
-#[derive(Debug)]
-pub(super) struct About<'a> {
-    pub(super) title: String,
-    pub(super) producer: String,
-    /// `YYYY-MM-DD HH:MM:SS`.
-    pub(super) date: &'a str,
-}
-
-/// The file; things on `pages` lie y downwards from the upper edge, points.
+/// The file; things on `pages` lie y downwards from the upper edge, points. A reader shows title,
+/// maker and date (`YYYY-MM-DD HH:MM:SS`) beside them.
 ///
 /// # Errors
 /// [`Error::Pdf`] with what krilla says.
 pub(super) fn bytes(
     pages: &[Vec<Op>],
     pictures: &[&EncodedPicture],
-    about: About<'_>,
+    about: (String, String, &str),
 ) -> Result<Vec<u8>, Error> {
     let configuration = ConfigurationBuilder::new().with_archival_validator(Archival::A2_A);
     let configuration = configuration.finish().map_err(|error| failed(format!("{error:?}")))?;
@@ -73,10 +65,10 @@ fn failed(error: impl ToString) -> Error {
 }
 
 /// Title, maker, language and date.
-fn metadata(about: About<'_>) -> Metadata {
-    let data = Metadata::new().title(about.title).producer(about.producer).language("en".into());
+fn metadata((title, producer, date): (String, String, &str)) -> Metadata {
+    let data = Metadata::new().title(title).producer(producer).language("en".into());
     let numbers: Vec<u16> =
-        about.date.split(['-', ' ', ':']).filter_map(|part| part.parse().ok()).collect();
+        date.split(['-', ' ', ':']).filter_map(|part| part.parse().ok()).collect();
     let [year, rest @ ..] = &numbers[..] else { return data };
     let [month, day, hour, minute, second] =
         std::array::from_fn(|n| *rest.get(n).unwrap_or(&0) as u8);

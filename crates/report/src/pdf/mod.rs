@@ -47,7 +47,7 @@ pub fn pdf(
     let producer = format!("{} {}", summary.tool.name, summary.tool.version);
     let title = format!("{} (simulated)", First::new(summary).title);
     let sheets = sheets((summary, whose), pictures, date);
-    file::bytes(&sheets, &shown, file::About { title, producer, date })
+    file::bytes(&sheets, &shown, (title, producer, date))
 }
 
 /// The rows of pictures that are shown.

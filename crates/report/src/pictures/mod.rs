@@ -130,10 +130,8 @@ impl<'a> Studio<'a> {
     /// Where the tumour's centre may lie: the ellipsoid as the plane's view sees it.
     fn mark_within(&self, canvas: &mut Canvas, plane: &Plane) {
         let Some(ellipsoid) = self.scene.tumour_within else { return };
-        let spots = silhouette(ellipsoid, plane);
-        let next = spots.iter().cycle().skip(1);
-        let segments: Vec<[Spot; 2]> = spots.iter().zip(next).map(|(a, b)| [*a, *b]).collect();
-        canvas.stroke_on_halo(&segments, Pen::new(1.5, palette::TEXT));
+        let centre = plane.spot(&Point::from(ellipsoid.centre_mm));
+        canvas.ellipse(centre, silhouette(ellipsoid, plane), Pen::new(1.5, palette::TEXT));
     }
 
     /// The tumour on the operating table, as a sphere of the same radius.
@@ -145,21 +143,14 @@ impl<'a> Studio<'a> {
 }
 
 /// The outline of an ellipsoid seen along a view's axis: the ellipse whose matrix is the sum of the
-/// outer products of the semi-axes' projections.
-fn silhouette(ellipsoid: &Ellipsoid, plane: &Plane) -> Vec<Spot> {
-    const CORNERS: usize = 72;
-    let [x, y] = plane.spot(&Point::from(ellipsoid.centre_mm));
+/// outer products of the semi-axes' projections. What takes a circle of radius 1 to it.
+fn silhouette(ellipsoid: &Ellipsoid, plane: &Plane) -> [Spot; 2] {
     let axes = ellipsoid.semi_axes_mm.map(|axis| plane.along(&Vector::from(axis)));
     let sum = |i: usize, j: usize| axes.iter().map(|a| a[i] * a[j]).sum::<f64>();
-    // The Cholesky factor takes a circle to the ellipse.
+    // The Cholesky factor, column by column.
     let a = sum(0, 0).max(1e-12).sqrt();
     let b = sum(0, 1) / a;
-    let c = (sum(1, 1) - b * b).max(0.0).sqrt();
-    let at = |n: usize| {
-        let (sin, cos) = (std::f64::consts::TAU * n as f64 / CORNERS as f64).sin_cos();
-        [x + a * cos, y + b * cos + c * sin]
-    };
-    (0..CORNERS).map(at).collect()
+    [[a, b], [0.0, (sum(1, 1) - b * b).max(0.0).sqrt()]]
 }
 
 /// The chest wall is uncertain where it may be wrong by more than this, mm.
