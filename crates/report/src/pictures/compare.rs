@@ -102,16 +102,14 @@ fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) 
         canvas,
     };
     Row {
-        title: String::new(),
         text: format!("{} plane, {} mm.", words::capital(name), words::minus(&plane.position())),
         pair: true,
-        part: Part::Still,
         pictures: vec![
             picture("before", "The CT, patient on her back", before),
             picture("after", "On the operating table (simulated)", after),
             picture("change", "Change: red denser, blue less dense", change),
         ],
-        table: None,
+        ..Row::default()
     }
 }
 

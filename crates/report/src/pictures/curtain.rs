@@ -1,6 +1,6 @@
 //! The CT and the simulated CT in strips beside each other, so that steps show what moved.
 
-use super::{LETTER, PANEL, Part, Picture, Row, Studio, dress, paint};
+use super::{LETTER, PANEL, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::lettering::{Align, text_width};
 use crate::palette;
@@ -23,15 +23,12 @@ pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, St
         });
     }
     Ok(Row {
-        title: String::new(),
         text: "Strips of the CT and of the simulated CT in turn. Where nothing may move (ribs, chest wall, \
                all outside the dashed circle) lines must run on across the strips; steps at the skin are the \
                movement."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 

@@ -35,12 +35,10 @@ pub(super) fn rows(
         let pictures =
             places.iter().map(|&(n, patch)| near_by(studio, n + 1, patch, [wall, &body]));
         rows.push(Row {
-            title: String::new(),
             text: if n == 0 { told(found.patches.len()) } else { String::new() },
-            pair: false,
             part: Part::Uncertain,
             pictures: pictures.collect(),
-            table: None,
+            ..Row::default()
         });
     }
     Ok(rows)

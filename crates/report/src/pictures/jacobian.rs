@@ -2,7 +2,7 @@
 
 use super::bars::Bars;
 use super::moving::Motion;
-use super::{Legend, Part, Picture, Row, Studio, dress, paint};
+use super::{Legend, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::words::{fixed, triple};
 use crate::{Error, Shown, VolumeChange, palette, tables, words};
@@ -36,10 +36,9 @@ pub(super) fn rows(
                Values beyond the bar take the colour of its end. It is the tissue's own; what the fade at the cut adds \
                in the exported CT is the last line of the table. HU are carried unchanged."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures: planes.iter().map(|m| picture(studio, m, span, None)).collect(),
         table: tables::volumes(shown.volumes),
+        ..Row::default()
     }];
     rows.push(histograms(shown.volumes));
     progress.at(0.4)?;
@@ -116,14 +115,12 @@ fn extreme(
     let after = shown(&supine_volume::sample_plane(studio.scene.deformed, plane), "SIMULATED");
     let change = picture(studio, &motion, span, Some(&place));
     Row {
-        title: String::new(),
         text: format!(
             "The slice of the {end} det F, {}, at {} mm in the CT (circle).",
             fixed(det, 2),
             triple(place.coords.into(), 1),
         ),
         pair: true,
-        part: Part::Still,
         pictures: vec![
             Picture {
                 name: format!("{name}_volume_before"),
@@ -137,7 +134,7 @@ fn extreme(
             },
             Picture { name: format!("{name}_volume_change"), ..change },
         ],
-        table: None,
+        ..Row::default()
     }
 }
 
@@ -157,15 +154,12 @@ fn histograms(volumes: &[VolumeChange]) -> Row {
         Picture { name: format!("volume_histograms_{}", n + 1), caption: names.join("; "), canvas }
     };
     Row {
-        title: String::new(),
         text:
             "How much of each structure's volume changes by how much; the outermost bars hold all \
                beyond."
                 .into(),
-        pair: false,
-        part: Part::Still,
         pictures: (0..columns).map(column).collect(),
-        table: None,
+        ..Row::default()
     }
 }
 

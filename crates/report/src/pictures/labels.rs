@@ -1,6 +1,6 @@
 //! The segmentation, drawn on the whole CT.
 
-use super::{Part, Picture, Row, Studio, dress, paint, uncertainty};
+use super::{Picture, Row, Studio, dress, paint, uncertainty};
 use crate::canvas::Pen;
 use crate::{Error, palette};
 use supine_space::{Plane, View};
@@ -45,10 +45,8 @@ pub(super) fn row(
                through the region's centre. All between skin and \
                chest wall within the region moves: where a line is wrong, the result is wrong."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 

@@ -1,6 +1,6 @@
 //! The mesh, cut by the planes, in the CT shape and in the operating position.
 
-use super::{Part, Picture, Row, Studio, dress, paint};
+use super::{Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Spot};
 use crate::{Error, palette};
 use supine_mesh::BoundaryTag;
@@ -37,10 +37,8 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
     let row = |title: &str, text: &str, pictures| Row {
         title: title.into(),
         text: text.into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     };
     Ok(vec![
         row(

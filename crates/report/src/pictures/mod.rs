@@ -43,18 +43,19 @@ pub(crate) struct Picture {
 }
 
 /// The part of the report in which a row stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Part {
     /// The first screen.
     First,
     /// Beside the uncertain places of the chest wall.
     Uncertain,
     /// Among the still pictures, which are closed until someone opens them.
+    #[default]
     Still,
 }
 
 /// Pictures that stand side by side.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Row {
     /// Heading; empty when the row continues the one above.
     pub(crate) title: String,

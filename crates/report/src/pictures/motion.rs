@@ -1,7 +1,7 @@
 //! How the tissue moves: displacement with arrows.
 
 use super::moving::Motion;
-use super::{Legend, Part, Picture, Row, Studio, dress, paint, round_up};
+use super::{Legend, Picture, Row, Studio, dress, paint, round_up};
 use crate::canvas::{Canvas, Pen};
 use crate::lettering::Align;
 use crate::{palette, words};
@@ -64,10 +64,8 @@ pub(super) fn displacement(studio: &Studio<'_>, planes: &[Motion]) -> Row {
              space; arrows: the part within the plane, drawn {} times as long.",
             words::trimmed(scale.enlarged)
         ),
-        pair: false,
-        part: Part::Still,
         pictures: planes.iter().map(draw).collect(),
-        table: None,
+        ..Row::default()
     }
 }
 

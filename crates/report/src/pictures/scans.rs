@@ -1,6 +1,6 @@
 //! Scans on the model, coloured by distance, and how well each modulus fits.
 
-use super::{EDGE, LETTER, Legend, Part, Picture, Row, Studio, letter, scale_bar};
+use super::{EDGE, LETTER, Legend, Picture, Row, Studio, letter, scale_bar};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::lettering::Align;
@@ -61,7 +61,7 @@ pub(super) fn intraop(
 }
 
 fn row(title: &str, text: String, pictures: Vec<Picture>, table: Option<Table>) -> Row {
-    Row { title: title.into(), text, pair: false, part: Part::Still, pictures, table }
+    Row { title: title.into(), text, pictures, table, ..Row::default() }
 }
 
 /// Distances from each surface.

@@ -1,7 +1,7 @@
 //! The mesh as a body, and the shapes of its tetrahedra.
 
 use super::bars::Bars;
-use super::{Legend, Part, Picture, Row, letter};
+use super::{Legend, Picture, Row, letter};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::{Error, Mesh, palette, tables};
@@ -48,10 +48,8 @@ pub(super) fn body(mesh: &TetMesh, progress: Progress<'_>) -> Result<Row, Error>
         title: "Shape of the mesh".into(),
         text: "Skin cyan, chest wall orange, cut violet; where two colours meet the rims must be smooth curves."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 
@@ -100,15 +98,13 @@ pub(super) fn quality(
         canvas: histograms(facts),
     });
     Ok(Row {
-        title: String::new(),
         text: format!(
             "Shapes of the tetrahedra: the regular one has angles of 70.5 degrees and a radius ratio of 1. Red: \
              below {POOR_DEG} degrees, where the mechanics lose accuracy."
         ),
-        pair: false,
-        part: Part::Still,
         pictures,
         table: Some(tables::worst(facts)),
+        ..Row::default()
     })
 }
 

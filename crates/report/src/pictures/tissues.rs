@@ -1,6 +1,6 @@
 //! Fat, gland and other tissues, in colour on the CT.
 
-use super::{LETTER, Part, Picture, Row, Studio, dress, paint};
+use super::{LETTER, Picture, Row, Studio, dress, paint};
 use crate::canvas::Canvas;
 use crate::lettering::Align;
 use crate::summary::Tissues;
@@ -40,10 +40,9 @@ pub(super) fn row(
     Ok(Row {
         title: "Tissues".into(),
         text: sentence(tissues),
-        pair: false,
-        part: Part::Still,
         pictures,
         table: Some(tables::tissues(tissues)),
+        ..Row::default()
     })
 }
 

@@ -63,9 +63,7 @@ pub(super) fn row(
         progress.at(n as f64 / 2.0)?;
         let plane = studio.plane(view, &studio.scene.sphere.centre());
         let mut canvas = relief(studio, &plane, wall);
-        let (centre, radius) = (studio.scene.sphere.centre(), studio.scene.sphere.radius());
-        let pen = Pen::new(1.0, palette::REGION).alpha(0.55);
-        canvas.circle(plane.spot(&centre), radius / plane.pixel_mm, 48, pen);
+        studio.outline_region(&mut canvas, &plane);
         if let Some(tumour) = studio.scene.tumour {
             let (at, radius) = (plane.spot(&tumour.centre()), tumour.radius() / plane.pixel_mm);
             canvas.circle(at, radius, 0, Pen::new(1.8, palette::BEFORE));
@@ -84,10 +82,9 @@ pub(super) fn row(
     Ok(Row {
         title: "How sure the chest wall is".into(),
         text: sentence(uncertainty),
-        pair: false,
         part: Part::Uncertain,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 
@@ -133,11 +130,10 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
         };
         let inside = scene.sphere.contains(p);
         let light = lambert(&points, plane, n) * if inside { 1.0 } else { DIM };
-        let stripe = striped(n % plane.width, n / plane.width);
-        let rgb = match (inside && is_uncertain(scene, studio.uncertain_mm, p), stripe) {
-            (true, true) => palette::UNCERTAIN,
-            (true, false) => palette::BLACK,
-            _ => palette::CHEST_WALL.map(|c| (f64::from(c) * light) as u8),
+        let rgb = if inside && is_uncertain(scene, studio.uncertain_mm, p) {
+            striped(n % plane.width, n / plane.width)
+        } else {
+            palette::CHEST_WALL.map(|c| (f64::from(c) * light) as u8)
         };
         canvas.mix(n, rgb, 1.0);
     }
@@ -178,9 +174,9 @@ fn crossed([low, high]: [[usize; 3]; 2], start: Vector, step: Vector) -> (f64, f
     (enters, leaves)
 }
 
-/// Whether a pixel lies on a light stripe.
-fn striped(x: usize, y: usize) -> bool {
-    ((x + y) / STRIPE).is_multiple_of(2)
+/// A pixel of the stripes on uncertain places.
+fn striped(x: usize, y: usize) -> Rgb {
+    [palette::UNCERTAIN, palette::BLACK][(x + y) / STRIPE % 2]
 }
 
 /// Brightness of a surface lit from the eye and from above, 0..=1.
@@ -209,12 +205,7 @@ fn key(canvas: &mut Canvas, uncertain_mm: f64) {
         let y = top + 6 + 20 * row;
         for x in 0..24 {
             for dy in 0..14 {
-                let light = striped(x, dy);
-                let rgb: Rgb = match (uncertain, light) {
-                    (true, true) => palette::UNCERTAIN,
-                    (true, false) => palette::BLACK,
-                    _ => palette::CHEST_WALL,
-                };
+                let rgb = if uncertain { striped(x, dy) } else { palette::CHEST_WALL };
                 canvas.rectangle([12 + x, y + dy], [1, 1], rgb, 1.0);
             }
         }
