@@ -161,15 +161,10 @@ pub(super) fn within(role: Role, blocks: &mut [Block]) {
 /// Makes blocks of texts, and remembers whether a letter was lacking.
 #[derive(Debug, Default)]
 pub(super) struct Setter {
-    lacking: Cell<bool>,
+    pub(super) lacking: Cell<bool>,
 }
 
 impl Setter {
-    /// Whether a text had a letter that the fonts lack.
-    pub(super) fn lacks(&self) -> bool {
-        self.lacking.get()
-    }
-
     /// The text in the letters of the fonts, question marks for others; letters that turn the
     /// direction of reading are shown as on the page.
     fn letters(&self, text: &str) -> String {
@@ -241,9 +236,9 @@ mod tests {
         let setter = Setter::default();
         assert_eq!(setter.text("one two", STYLE, 100.0).height, 12.8);
         assert_eq!(setter.text("one two", STYLE, 20.0).height, 25.6);
-        assert!(!setter.lacks());
+        assert!(!setter.lacking.get());
         setter.text("山", STYLE, 20.0);
-        assert!(setter.lacks());
+        assert!(setter.lacking.get());
     }
 
     #[test]

@@ -85,7 +85,7 @@ fn sheets(
     blocks.push(Block::gap(AIR));
     blocks.push(limits(&setter, summary));
     let frame = framed(&setter, (&first.title, &facts), summary);
-    if setter.lacks() {
+    if setter.lacking.get() {
         blocks.insert(below_facts, setter.text(LACKING, SMALL, WIDE));
     }
     let foot = |n: usize, of: usize| foot(&setter, summary, date, [n, of]);
