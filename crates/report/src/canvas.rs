@@ -1,6 +1,6 @@
 //! Pictures in the making: pixels, and strokes, circles, arrows and letters that tiny-skia draws.
 //!
-//! Pixel (i, j) has its centre at (i, j); x runs right, y down. tiny-skia is built without its SIMD:
+//! Pixel (i, j) has its centre at (i, j); x runs right, y down. tiny-skia is built without SIMD:
 //! what it then computes, sums, products and roots in single precision, is the same on every
 //! processor. The grey of slices is mixed here, pixel by pixel: it comes from sampled volumes.
 

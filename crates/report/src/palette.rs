@@ -1,7 +1,7 @@
 //! Colours: one meaning each, the same in stills, viewer, page and PDF.
 //!
 //! A line on a CT has a contrast of 3:1 or more (WCAG 2.2, 1.4.11) to the grey of fat, on which it
-//! mostly lies, and to the halo it is drawn on, whatever lies below. To every grey none can have it.
+//! mostly lies, and to the halo it is drawn on, whatever lies below. To all greys none can have it.
 //! All are told apart by those who see no green too.
 
 use std::fmt::Write;
