@@ -1,8 +1,11 @@
 //! Surfaces of triangles as a body: seen along a direction, the nearest on top, lit, with their
 //! edges.
+//!
+//! Our own: tiny-skia knows no depth, and rasterisers that do want a processor for graphics, whose
+//! bytes differ from one to the next, or a window.
 
 use crate::canvas::{Canvas, Rgb, Spot};
-use crate::colour;
+use crate::palette;
 use supine_space::{Point, Vector};
 
 /// Samples along each side of a pixel.
@@ -208,7 +211,7 @@ impl Camera {
     /// The picture of the samples' means; where there is nothing, the ground.
     fn averaged(&self, samples: &[[f64; 3]]) -> Canvas {
         let mut canvas = Canvas::new(self.size, self.size);
-        let ground = colour::NOTHING.map(f64::from);
+        let ground = palette::NOTHING.map(f64::from);
         for y in 0..self.size {
             for x in 0..self.size {
                 let mut sum = [0.0; 3];
@@ -249,7 +252,7 @@ mod tests {
             (|c: [u8; 3]| c[0] > 80 && c[2] == 0, |c: [u8; 3]| c[2] > 80 && c[0] == 0);
         assert!(red(front.at(23, 18)) && blue(front.at(9, 18)), "{:?}", front.at(23, 18));
         assert!(blue(back.at(23, 18)) && blue(back.at(9, 18)));
-        assert_eq!(front.at(1, 1), colour::NOTHING);
+        assert_eq!(front.at(1, 1), palette::NOTHING);
     }
 
     #[test]
@@ -282,7 +285,7 @@ mod tests {
         let [x, y] = camera.spot(&points[0].0).map(|c| c as usize);
         let seen = canvas.at(x, y);
         assert!(seen[0] > 80 && seen[2] == 0, "{seen:?}");
-        assert_eq!(canvas.at(x, y - 12), colour::NOTHING);
-        assert_eq!(canvas.at(x + 5, y), colour::NOTHING);
+        assert_eq!(canvas.at(x, y - 12), palette::NOTHING);
+        assert_eq!(canvas.at(x + 5, y), palette::NOTHING);
     }
 }

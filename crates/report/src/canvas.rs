@@ -1,11 +1,17 @@
-//! A small rasteriser: anti-aliased strokes, circles, arrows and triangles on RGB pixels.
+//! Pictures in the making: pixels, and strokes, circles, arrows and letters that tiny-skia draws.
 //!
-//! Pixel (i, j) has its centre at (i, j); x runs right, y down.
+//! Pixel (i, j) has its centre at (i, j); x runs right, y down. tiny-skia is built without SIMD:
+//! what it then computes, sums, products and roots in single precision, is the same on every
+//! processor. The grey of slices is mixed here, pixel by pixel: it comes from sampled volumes.
 
+use crate::palette::HALO;
+pub(crate) use crate::palette::Rgb;
+use std::collections::BTreeMap;
 pub(crate) use supine_space::Spot;
-
-/// Red, green, blue, sRGB.
-pub(crate) type Rgb = [u8; 3];
+use tiny_skia::{
+    Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, PixmapMut, Rect, Shader, Stroke,
+    StrokeDash, Transform,
+};
 
 /// How a stroke looks.
 #[derive(Clone, Copy, Debug)]
@@ -16,12 +22,14 @@ pub(crate) struct Pen {
     pub(crate) rgb: Rgb,
     /// Opacity, 0..=1.
     pub(crate) alpha: f64,
+    /// Length of a dash and of the gap after it, pixels.
+    pub(crate) dash: Option<f64>,
 }
 
 impl Pen {
     /// An opaque pen.
     pub(crate) fn new(width: f64, rgb: Rgb) -> Self {
-        Self { width, rgb, alpha: 1.0 }
+        Self { width, rgb, alpha: 1.0, dash: None }
     }
 
     /// The same pen, see-through.
@@ -29,9 +37,15 @@ impl Pen {
         Self { alpha, ..self }
     }
 
+    /// The same pen, in dashes with gaps of the same length, pixels; their round ends reach into
+    /// the gaps.
+    pub(crate) fn dashed(self, length: f64) -> Self {
+        Self { dash: Some(length), ..self }
+    }
+
     /// The dark pen that is drawn below this one so that it shows on any ground.
     fn halo(self) -> Self {
-        Self { width: self.width + 2.6, rgb: [0, 0, 0], alpha: 0.7 * self.alpha }
+        Self { width: self.width + 2.6, rgb: HALO.0, alpha: HALO.1 * self.alpha, ..self }
     }
 }
 
@@ -40,6 +54,7 @@ impl Pen {
 pub(crate) struct Canvas {
     width: usize,
     height: usize,
+    /// Red, green, blue and full opacity of each pixel, row by row.
     data: Vec<u8>,
 }
 
@@ -52,7 +67,7 @@ fn nearest(value: f64) -> u8 {
 impl Canvas {
     /// A black picture.
     pub(crate) fn new(width: usize, height: usize) -> Self {
-        Self { width, height, data: vec![0; 3 * width * height] }
+        Self { width, height, data: [0, 0, 0, 255].repeat(width * height) }
     }
 
     /// Pixels across.
@@ -68,13 +83,13 @@ impl Canvas {
     /// The colour of a pixel.
     #[cfg(test)]
     pub(crate) fn at(&self, x: usize, y: usize) -> Rgb {
-        let n = 3 * (y * self.width + x);
+        let n = 4 * (y * self.width + x);
         [self.data[n], self.data[n + 1], self.data[n + 2]]
     }
 
     /// Mixes a colour into the pixel at place `n` (row by row) with opacity `alpha`.
     pub(crate) fn mix(&mut self, n: usize, rgb: Rgb, alpha: f64) {
-        let pixel = &mut self.data[3 * n..3 * n + 3];
+        let pixel = &mut self.data[4 * n..4 * n + 3];
         if alpha >= 1.0 {
             return pixel.copy_from_slice(&rgb);
         }
@@ -84,46 +99,32 @@ impl Canvas {
         }
     }
 
-    /// Strokes segments as one figure: where they overlap they do not add up.
+    /// Strokes segments as one figure: where they overlap they do not add up, and dashes run on
+    /// from one to the next.
     pub(crate) fn stroke(&mut self, segments: &[[Spot; 2]], pen: Pen) {
-        let reach = pen.width / 2.0 + 1.0;
-        let Some(area) = self.area(segments.iter().flatten(), reach) else { return };
-        let mut cover = vec![0f32; area.width() * area.height()];
-        for [a, b] in segments {
-            let Some(part) = self.area([a, b].into_iter(), reach) else { continue };
-            for (x, y) in part.pixels() {
-                let square = square_of_distance([x as f64, y as f64], *a, *b);
-                if square < reach * reach {
-                    let near = pen.width / 2.0 + 0.5 - square.sqrt();
-                    let n = (y - area.top) * area.width() + (x - area.left);
-                    cover[n] = cover[n].max(near.clamp(0.0, 1.0) as f32);
-                }
-            }
-        }
-        for ((x, y), c) in area.pixels().zip(cover) {
-            if c > 0.0 {
-                self.mix(y * self.width + x, pen.rgb, f64::from(c) * pen.alpha);
-            }
-        }
+        self.stroke_path(joined(segments).as_ref(), pen);
     }
 
     /// Strokes segments over a dark halo.
     pub(crate) fn stroke_on_halo(&mut self, segments: &[[Spot; 2]], pen: Pen) {
-        self.stroke(segments, pen.halo());
-        self.stroke(segments, pen);
+        self.path_on_halo(joined(segments).as_ref(), pen);
     }
 
     /// A circle; `dashes` of them with gaps of the same length, or a whole line for 0.
-    pub(crate) fn circle(&mut self, centre: Spot, radius: f64, dashes: usize, pen: Pen) {
-        const STEPS: usize = 12;
-        let pieces = if dashes == 0 { 16 } else { 2 * dashes };
-        let at = |n: usize| {
-            let angle = std::f64::consts::TAU * n as f64 / (pieces * STEPS) as f64;
-            [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]
-        };
-        let drawn = (0..pieces * STEPS).filter(|n| dashes == 0 || (n / STEPS).is_multiple_of(2));
-        let segments: Vec<[Spot; 2]> = drawn.map(|n| [at(n), at(n + 1)]).collect();
-        self.stroke_on_halo(&segments, pen);
+    pub(crate) fn circle(&mut self, [x, y]: Spot, radius: f64, dashes: usize, pen: Pen) {
+        let length = (dashes > 0).then(|| std::f64::consts::PI * radius / dashes as f64);
+        let circle = PathBuilder::from_circle(x as f32, y as f32, radius as f32);
+        self.path_on_halo(circle.as_ref(), Pen { dash: length, ..pen });
+    }
+
+    /// An ellipse: what two columns make of a circle of radius 1.
+    pub(crate) fn ellipse(&mut self, [x, y]: Spot, columns: [Spot; 2], pen: Pen) {
+        // Curves approach a circle by what is seen at its size.
+        const LARGE: f32 = 1000.0;
+        let [[xx, yx], [xy, yy]] = columns.map(|column| column.map(|c| c as f32 / LARGE));
+        let to = Transform::from_row(xx, yx, xy, yy, x as f32, y as f32);
+        let circle = PathBuilder::from_circle(0.0, 0.0, LARGE);
+        self.path_on_halo(circle.and_then(|circle| circle.transform(to)).as_ref(), pen);
     }
 
     /// An upright cross with arms of `arm` pixels and a free middle.
@@ -150,61 +151,59 @@ impl Canvas {
         let side = 0.42 * head;
         let base = [to[0] - head * unit[0], to[1] - head * unit[1]];
         let corner = |sign: f64| [base[0] - sign * side * unit[1], base[1] + sign * side * unit[0]];
-        let triangle = [to, corner(1.0), corner(-1.0)];
-        for pen in [pen.halo(), pen] {
-            let grown = (pen.width - 1.0).clamp(0.0, 1.2);
-            self.stroke(&[[from, base]], pen);
-            self.triangle(triangle, grown / 2.0, pen);
-        }
+        let triangle =
+            joined(&[[to, corner(1.0)], [corner(1.0), corner(-1.0)], [corner(-1.0), to]]);
+        let mut whole = PathBuilder::new();
+        let shaft = joined(&[[from, base]]);
+        [&shaft, &triangle].into_iter().flatten().for_each(|path| whole.push_path(path));
+        self.path_on_halo(whole.finish().as_ref(), pen);
+        self.fill(triangle.as_ref(), (pen.rgb, pen.alpha));
     }
 
-    /// A filled triangle, grown by `grow` pixels.
-    fn triangle(&mut self, corners: [Spot; 3], grow: f64, pen: Pen) {
-        let [a, b, c] = corners;
-        let turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        let Some(area) = self.area(corners.iter(), grow + 1.0) else { return };
-        for (x, y) in area.pixels() {
-            let p = [x as f64, y as f64];
-            let inside = [[a, b], [b, c], [c, a]]
-                .map(|[s, e]| {
-                    let side = (e[0] - s[0]) * (p[1] - s[1]) - (e[1] - s[1]) * (p[0] - s[0]);
-                    side * turn.signum() / (e[0] - s[0]).hypot(e[1] - s[1]).max(1e-9)
-                })
-                .into_iter()
-                .fold(f64::INFINITY, f64::min);
-            let cover = (inside + grow + 0.5).clamp(0.0, 1.0);
-            if cover > 0.0 {
-                self.mix(y * self.width + x, pen.rgb, cover * pen.alpha);
-            }
-        }
+    /// Fills letters, over a dark halo.
+    pub(crate) fn letters(&mut self, outlines: PathBuilder, rgb: Rgb) {
+        let outlines = outlines.finish();
+        self.stroke_path(outlines.as_ref(), Pen::new(0.0, rgb).halo());
+        self.fill(outlines.as_ref(), (rgb, 1.0));
     }
 
     /// A rectangle from its upper left corner and size, pixels, filled.
     pub(crate) fn rectangle(&mut self, corner: [usize; 2], size: [usize; 2], rgb: Rgb, alpha: f64) {
-        for y in corner[1]..(corner[1] + size[1]).min(self.height) {
-            for x in corner[0]..(corner[0] + size[0]).min(self.width) {
-                self.mix(y * self.width + x, rgb, alpha);
-            }
-        }
+        let ([x, y], [w, h]) = (corner.map(|c| c as f32), size.map(|c| c as f32));
+        // Between centres of pixels; no rectangle is without width or height.
+        let path = Rect::from_xywh(x - 0.5, y - 0.5, w, h).map(PathBuilder::from_rect);
+        self.fill(path.as_ref(), (rgb, alpha));
     }
 
-    /// The pixels within `reach` of the box of some spots; `None` when they lie off the canvas.
-    fn area<'a>(&self, spots: impl Iterator<Item = &'a Spot>, reach: f64) -> Option<Area> {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for spot in spots {
-            for a in 0..2 {
-                low[a] = low[a].min(spot[a] - reach);
-                high[a] = high[a].max(spot[a] + reach);
-            }
-        }
-        let (w, h) = (self.width as f64, self.height as f64);
-        let off = !(high[0] >= 0.0 && high[1] >= 0.0 && low[0] < w && low[1] < h);
-        (!off).then(|| Area {
-            left: low[0].max(0.0).floor() as usize,
-            top: low[1].max(0.0).floor() as usize,
-            right: (high[0].ceil() as usize).min(self.width - 1) + 1,
-            bottom: (high[1].ceil() as usize).min(self.height - 1) + 1,
-        })
+    fn path_on_halo(&mut self, path: Option<&Path>, pen: Pen) {
+        self.stroke_path(path, pen.halo());
+        self.stroke_path(path, pen);
+    }
+
+    /// The stroke is filled as an outline of its own: the library's thin lines would add up where
+    /// they overlap.
+    fn stroke_path(&mut self, path: Option<&Path>, pen: Pen) {
+        let dash = pen.dash.and_then(|length| StrokeDash::new(vec![length as f32; 2], 0.0));
+        let look = Stroke {
+            width: pen.width as f32,
+            line_cap: LineCap::Round,
+            line_join: LineJoin::Round,
+            ..Stroke::default()
+        };
+        let dashed = dash.and_then(|dash| path?.dash(&dash, 1.0));
+        let outline = dashed.as_ref().or(path).and_then(|path| path.stroke(&look, 1.0));
+        self.fill(outline.as_ref(), (pen.rgb, pen.alpha));
+    }
+
+    fn fill(&mut self, path: Option<&Path>, ([red, green, blue], alpha): (Rgb, f64)) {
+        let size = [self.width, self.height].map(|n| n as u32);
+        let pixels = PixmapMut::from_bytes(&mut self.data, size[0], size[1]);
+        // A path is none that has no extent, a picture that has no pixels.
+        let (Some(path), Some(mut pixels)) = (path, pixels) else { return };
+        let colour = Color::from_rgba8(red, green, blue, nearest(255.0 * alpha));
+        let paint = Paint { shader: Shader::SolidColor(colour), ..Paint::default() };
+        let middle = Transform::from_translate(0.5, 0.5);
+        pixels.fill_path(path, &paint, FillRule::Winding, middle, None);
     }
 
     /// The picture as a PNG file.
@@ -212,6 +211,7 @@ impl Canvas {
     /// # Errors
     /// What the encoder says.
     pub(crate) fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let rgb: Vec<u8> = self.data.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
@@ -220,42 +220,44 @@ impl Canvas {
         // balanced, in a third of the time.
         encoder.set_deflate_compression(png::DeflateCompression::Level(4));
         encoder.set_filter(png::Filter::Up);
-        encoder.write_header()?.write_image_data(&self.data)?;
+        encoder.write_header()?.write_image_data(&rgb)?;
         Ok(bytes)
     }
 }
 
-/// A rectangle of pixels; right and bottom excluded.
-#[derive(Clone, Copy)]
-struct Area {
-    left: usize,
-    top: usize,
-    right: usize,
-    bottom: usize,
-}
-
-impl Area {
-    fn width(self) -> usize {
-        self.right - self.left
+/// The lines that segments form which meet at their ends.
+fn joined(segments: &[[Spot; 2]]) -> Option<Path> {
+    let key = |s: Spot| s.map(|c| (c * 256.0).round() as i64);
+    let mut ends: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
+    for (n, segment) in segments.iter().enumerate() {
+        segment.iter().for_each(|&s| ends.entry(key(s)).or_default().push(n));
     }
-
-    fn height(self) -> usize {
-        self.bottom - self.top
+    // Open lines first, from their ends; what is left are rings.
+    let open = ends.iter().filter(|(_, at)| at.len() == 1).map(|(&k, at)| (at[0], k));
+    let rings = (0..segments.len()).map(|n| (n, key(segments[n][0])));
+    let mut drawn = vec![false; segments.len()];
+    let mut path = PathBuilder::new();
+    for (first, start) in open.chain(rings) {
+        let (mut next, mut from) = (Some(first).filter(|&n| !drawn[n]), start);
+        let mut begun = false;
+        while let Some(n) = next {
+            drawn[n] = true;
+            let [a, b] = segments[n];
+            let ends_of = if key(a) == from { [a, b] } else { [b, a] };
+            let [[x, y], to] = ends_of.map(|end| end.map(|c| c as f32));
+            if !begun {
+                path.move_to(x, y);
+            }
+            path.line_to(to[0], to[1]);
+            from = key(ends_of[1]);
+            next = ends[&from].iter().copied().find(|&m| !drawn[m]);
+            begun = true;
+        }
+        if begun && from == start {
+            path.close();
+        }
     }
-
-    fn pixels(self) -> impl Iterator<Item = (usize, usize)> {
-        (self.top..self.bottom).flat_map(move |y| (self.left..self.right).map(move |x| (x, y)))
-    }
-}
-
-/// Square of the distance of `p` from the segment ab.
-fn square_of_distance(p: Spot, a: Spot, b: Spot) -> f64 {
-    let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let square = ab[0] * ab[0] + ab[1] * ab[1];
-    let t = if square > 0.0 { (ap[0] * ab[0] + ap[1] * ab[1]) / square } else { 0.0 };
-    let t = t.clamp(0.0, 1.0);
-    let off = [ap[0] - t * ab[0], ap[1] - t * ab[1]];
-    off[0] * off[0] + off[1] * off[1]
+    path.finish()
 }
 
 #[cfg(test)]
@@ -263,7 +265,7 @@ mod tests {
     use super::*;
 
     fn light(canvas: &Canvas) -> f64 {
-        canvas.data.iter().map(|&v| f64::from(v)).sum::<f64>() / (3.0 * 255.0)
+        canvas.data.chunks(4).map(|p| f64::from(p[0])).sum::<f64>() / 255.0
     }
 
     #[test]
@@ -275,6 +277,37 @@ mod tests {
         assert!((light(&canvas) / want - 1.0).abs() < 0.03, "{} {want}", light(&canvas));
         assert_eq!(canvas.at(30, 18), [255; 3]);
         assert_eq!(canvas.at(30, 30), [0; 3]);
+    }
+
+    #[test]
+    fn a_ring_and_a_line_are_half_drawn_whatever_the_order_of_their_segments() {
+        let at = |n: usize| {
+            let a = n as f64 / 100.0 * std::f64::consts::TAU;
+            [150.0 + 80.0 * a.cos(), 150.0 + 80.0 * a.sin()]
+        };
+        let mut segments: Vec<[Spot; 2]> =
+            (0..100).map(|n| (n * 37) % 100).map(|n| [at(n), at(n + 1)]).collect();
+        segments.extend((0..60).map(|n| (n * 23) % 60).map(|n| {
+            let x = n as f64 * 4.0;
+            if n % 2 == 0 { [[x, 5.0], [x + 4.0, 5.0]] } else { [[x + 4.0, 5.0], [x, 5.0]] }
+        }));
+        let drawn = |pen: Pen| {
+            let mut canvas = Canvas::new(300, 300);
+            canvas.stroke(&segments, pen);
+            light(&canvas)
+        };
+        let pen = Pen::new(2.0, [255; 3]);
+        let share = drawn(pen.dashed(8.0)) / drawn(pen);
+        // With their round ends dashes of 8 pixels are 10 long.
+        assert!((0.57..0.67).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn what_overlaps_does_not_add_up() {
+        let mut canvas = Canvas::new(30, 30);
+        let lines = [[[5.0, 15.0], [25.0, 15.0]], [[15.0, 5.0], [15.0, 25.0]]];
+        canvas.stroke(&lines, Pen::new(1.0, [255; 3]).alpha(0.5));
+        assert_eq!(canvas.at(15, 15), canvas.at(10, 15));
     }
 
     #[test]
@@ -305,6 +338,7 @@ mod tests {
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut data = vec![0; reader.output_buffer_size().unwrap()];
         reader.next_frame(&mut data).unwrap();
-        assert_eq!(data, canvas.data);
+        assert_eq!(data[21..24], [10, 20, 30]);
+        assert_eq!(data.len(), 45);
     }
 }

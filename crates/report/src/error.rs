@@ -25,12 +25,9 @@ pub enum Error {
         /// What the encoder says.
         source: png::EncodingError,
     },
-    /// A picture cannot be put into the PDF.
-    #[error("the picture {name} is no plain PNG file (8 bits, RGB): it cannot be put into the PDF")]
-    NotPlain {
-        /// Its name.
-        name: String,
-    },
+    /// The PDF cannot be made.
+    #[error("the PDF cannot be made: {0}")]
+    Pdf(String),
     /// The page cannot be made.
     #[error("the page cannot be made: {0}")]
     Page(#[from] askama::Error),
@@ -44,7 +41,7 @@ impl Error {
     pub fn kind(&self) -> Failure {
         match self {
             Self::Write { source, .. } => Failure::of_output(source),
-            Self::Picture { .. } | Self::NotPlain { .. } | Self::Page(_) => Failure::Output,
+            Self::Picture { .. } | Self::Pdf(_) | Self::Page(_) => Failure::Output,
             Self::Stopped(_) => Failure::Stopped,
         }
     }

@@ -2,7 +2,7 @@
 //! to look.
 
 use crate::canvas::Rgb;
-use crate::colour;
+use crate::palette;
 use crate::place::at;
 use crate::summary::{Colour, Reason, Summary, TumourInterval, UncertainPatch, WallUncertainty};
 use crate::tables::Table;
@@ -21,15 +21,15 @@ pub(crate) const ABOUT: &str = "CT of the patient on her back, moved by simulati
 pub(crate) const NOT_FOR: &str = "Must not be used for";
 /// The colours in the first pictures.
 pub(crate) const LEGEND: [(Rgb, &str); 3] = [
-    (colour::BEFORE, "tumour, estimated nipple in the CT"),
-    (colour::AFTER, "on the operating table"),
-    (colour::REGION, "region (dashed)"),
+    (palette::BEFORE, "tumour, estimated nipple in the CT"),
+    (palette::AFTER, "on the operating table"),
+    (palette::REGION, "region (dashed)"),
 ];
 /// The further ones in the slice viewer.
 pub(crate) const VIEWER_LEGEND: [(Rgb, &str); 3] = [
-    (colour::CHEST_WALL, "chest wall, white where uncertain"),
-    (colour::SKIN, "mesh's skin"),
-    (colour::CUT, "cut: the end of what is simulated"),
+    (palette::CHEST_WALL, "chest wall, white where uncertain"),
+    (palette::SKIN, "mesh's skin"),
+    (palette::CUT, "cut: the end of what is simulated"),
 ];
 /// The grey of the pictures.
 pub(crate) const WINDOW: &str = "CT window \u{2212}200 to 200 HU";

@@ -12,14 +12,15 @@ mod agreement;
 mod body;
 mod canvas;
 mod cohort;
-mod colour;
 mod dose_volume;
 mod encoded;
 mod error;
 mod files;
 mod first;
+mod fonts;
 mod html;
 mod lettering;
+pub mod palette;
 mod patient_identity;
 mod pdf;
 #[cfg(test)]

@@ -1,27 +1,59 @@
 //! Blocks: what stands together on a page, drawn from its upper left corner downwards. Lengths in
 //! points (1/72 inch).
 
-use super::ansi::ansi;
-use super::metrics::{Font, lines, width};
+use super::lines::lines;
 use crate::canvas::Rgb;
+use crate::fonts::Face;
 use std::cell::Cell;
+use supine_space::visible;
 
 /// Grounds reach so far below their block: readers leave a bright line between those that only
 /// touch, points.
 const SEAM: f64 = 0.4;
 
-/// How a text looks.
+/// What a text or a group of things is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Not part of what is told: it is told elsewhere.
+    Aside,
+    Title,
+    Heading,
+    Paragraph,
+    Caption,
+    List,
+    Item,
+    Label,
+    Body,
+    Table,
+    Row,
+    ColumnHead,
+    RowHead,
+    Cell,
+}
+
+/// How a text looks, and what it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Style {
-    pub(super) font: Font,
+    pub(super) face: Face,
     /// Points.
     pub(super) size: f64,
     pub(super) rgb: Rgb,
+    pub(super) role: Role,
 }
 
 impl Style {
-    pub(super) const fn new(font: Font, size: f64, rgb: Rgb) -> Self {
-        Self { font, size, rgb }
+    /// That of a paragraph.
+    pub(super) const fn new(face: Face, size: f64, rgb: Rgb) -> Self {
+        Self { face, size, rgb, role: Role::Paragraph }
+    }
+
+    pub(super) const fn role(self, role: Role) -> Self {
+        Self { role, ..self }
+    }
+
+    /// Width of a line of it.
+    pub(super) fn width(self, text: &str) -> f64 {
+        self.face.width(text) * self.size
     }
 
     /// Distance of lines.
@@ -33,12 +65,28 @@ impl Style {
 /// A thing on a page; places are those of the block, y downwards.
 #[derive(Clone, Debug)]
 pub(super) enum Op {
-    /// Letters in WinAnsiEncoding; `at` is where their base line begins.
-    Text { at: [f64; 2], style: Style, letters: Vec<u8> },
+    /// `at` is where the base line begins.
+    Text {
+        at: [f64; 2],
+        style: Style,
+        text: String,
+    },
     /// A filled rectangle: upper left corner and size.
-    Fill { at: [f64; 2], size: [f64; 2], rgb: Rgb },
-    /// A picture, by its number.
-    Picture { at: [f64; 2], size: [f64; 2], number: usize },
+    Fill {
+        at: [f64; 2],
+        size: [f64; 2],
+        rgb: Rgb,
+    },
+    /// A picture, by its number, and what it shows in words.
+    Picture {
+        at: [f64; 2],
+        size: [f64; 2],
+        number: usize,
+        told: String,
+    },
+    /// All up to its end is one thing; such things may hold each other.
+    Open(Role),
+    Close,
 }
 
 /// What is never cut by the end of a page.
@@ -57,10 +105,17 @@ impl Block {
     /// Its things, moved.
     pub(super) fn at(&self, [dx, dy]: [f64; 2]) -> impl Iterator<Item = Op> + '_ {
         self.ops.iter().cloned().map(move |mut op| {
-            let (Op::Text { at, .. } | Op::Fill { at, .. } | Op::Picture { at, .. }) = &mut op;
-            *at = [at[0] + dx, at[1] + dy];
+            if let Op::Text { at, .. } | Op::Fill { at, .. } | Op::Picture { at, .. } = &mut op {
+                *at = [at[0] + dx, at[1] + dy];
+            }
             op
         })
+    }
+
+    /// As one thing.
+    pub(super) fn within(mut self, role: Role) -> Self {
+        within(role, std::slice::from_mut(&mut self));
+        self
     }
 
     /// With another one below.
@@ -93,56 +148,69 @@ impl Block {
     }
 }
 
+/// Makes one thing of all blocks.
+pub(super) fn within(role: Role, blocks: &mut [Block]) {
+    if let Some(first) = blocks.first_mut() {
+        first.ops.insert(0, Op::Open(role));
+    }
+    if let Some(last) = blocks.last_mut() {
+        last.ops.push(Op::Close);
+    }
+}
+
 /// Makes blocks of texts, and remembers whether a letter was lacking.
 #[derive(Debug, Default)]
 pub(super) struct Setter {
-    lacking: Cell<bool>,
+    pub(super) lacking: Cell<bool>,
 }
 
 impl Setter {
-    /// Whether a text had a letter that the fonts lack.
-    pub(super) fn lacks(&self) -> bool {
-        self.lacking.get()
-    }
-
-    /// The text in the letters of the fonts.
-    pub(super) fn letters(&self, text: &str) -> Vec<u8> {
-        let (letters, whole) = ansi(text);
-        self.lacking.set(self.lacking.get() || !whole);
-        letters
+    /// The text in the letters of the fonts, question marks for others; letters that turn the
+    /// direction of reading are shown as on the page.
+    fn letters(&self, text: &str) -> String {
+        let known = |letter: char| {
+            // The faces have the same letters.
+            let has = Face::Plain.has(letter);
+            self.lacking.set(self.lacking.get() || !has);
+            if has { letter } else { '?' }
+        };
+        visible(text).chars().map(known).collect()
     }
 
     /// A text in lines no wider than `wide`.
     pub(super) fn text(&self, text: &str, style: Style, wide: f64) -> Block {
-        let letters = self.letters(text);
-        let found = lines(&letters, style.font, style.size, wide);
-        let op = |(n, line): (usize, std::ops::Range<usize>)| Op::Text {
+        let text = self.letters(text);
+        let found = lines(&text, style.face, style.size, wide);
+        let ends = found.iter().skip(1).map(|line| line.start).chain([text.len()]);
+        // The space at which a line is broken stays, so that words remain apart when they are read.
+        let op = |(n, (line, end)): (usize, (&std::ops::Range<usize>, usize))| Op::Text {
             at: [0.0, style.size + n as f64 * style.leading()],
             style,
-            letters: letters[line].to_vec(),
+            text: text[line.start..end].into(),
         };
         let height = found.len() as f64 * style.leading();
-        Block { height, ops: found.into_iter().enumerate().map(op).collect() }
+        let ops = found.iter().zip(ends).enumerate().map(op).collect();
+        Block { height, ops }.within(style.role)
     }
 
     /// A text that ends at `right`.
     pub(super) fn ending(&self, text: &str, style: Style, right: f64) -> Block {
-        let letters = self.letters(text);
-        let x = right - width(&letters, style.font, style.size);
-        let at = [x, style.size];
-        Block { height: style.leading(), ops: vec![Op::Text { at, style, letters }] }
+        let text = self.letters(text);
+        let at = [right - style.width(&text), style.size];
+        let ops = vec![Op::Text { at, style, text }];
+        Block { height: style.leading(), ops }.within(style.role)
     }
 
     /// Facts one after the other, each behind its bold name; none is broken unless it is wider than
     /// a line.
     pub(super) fn facts(&self, facts: &[(&str, &str)], style: Style, wide: f64) -> Block {
         const APART: f64 = 12.0;
-        let bold = Style { font: Font::Bold, ..style };
+        let bold = Style { face: Face::Bold, ..style };
         let (mut block, mut x) = (Block::gap(style.leading()), 0.0);
         let mut top = 0.0;
         for (name, value) in facts {
-            let named = width(&self.letters(&format!("{name} ")), Font::Bold, style.size);
-            let whole = named + width(&self.letters(value), style.font, style.size);
+            let named = bold.width(&format!("{name} "));
+            let whole = named + style.width(&self.letters(value));
             if x > 0.0 && x + whole > wide {
                 (x, top) = (0.0, block.height);
             }
@@ -161,16 +229,16 @@ impl Setter {
 mod tests {
     use super::*;
 
-    const STYLE: Style = Style::new(Font::Plain, 10.0, [0; 3]);
+    const STYLE: Style = Style::new(Face::Plain, 10.0, [0; 3]);
 
     #[test]
     fn a_text_is_as_high_as_its_lines() {
         let setter = Setter::default();
         assert_eq!(setter.text("one two", STYLE, 100.0).height, 12.8);
         assert_eq!(setter.text("one two", STYLE, 20.0).height, 25.6);
-        assert!(!setter.lacks());
+        assert!(!setter.lacking.get());
         setter.text("山", STYLE, 20.0);
-        assert!(setter.lacks());
+        assert!(setter.lacking.get());
     }
 
     #[test]

@@ -1,134 +1,182 @@
-//! Pages as the bytes of a PDF file (ISO 32000-1). Texts are not compressed, pictures are.
+//! Pages as the bytes of a PDF file, by krilla: PDF/A-2a, with its fonts in it and tagged for those
+//! who have it read to them.
 
-use super::block::Op;
-use super::metrics::Font;
-use super::picture::Raster;
+use super::block::{Op, Role};
 use super::sheet::{HEIGHT, WIDTH};
+use crate::Error;
 use crate::canvas::Rgb;
-use pdf_writer::types::Predictor;
-use pdf_writer::{Content, Date, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+use crate::encoded::EncodedPicture;
+use crate::fonts::{Face, Placed};
+use krilla::color::rgb;
+use krilla::configure::{Archival, ConfigurationBuilder};
+use krilla::geom::{PathBuilder, Point, Rect, Size, Transform};
+use krilla::image::Image;
+use krilla::metadata::{DateTime, Metadata};
+use krilla::page::PageSettings;
+use krilla::paint::Fill;
+use krilla::surface::Surface;
+use krilla::tagging::{
+    Artifact, ArtifactType, ContentTag, ListNumbering, Node, SpanTag, TableHeaderScope, Tag,
+    TagGroup, TagKind, TagTree,
+};
+use krilla::text::{Font, GlyphId, KrillaGlyph};
+use krilla::{Document, SerializeSettings};
+use std::num::NonZeroU16;
 
-const CATALOG: Ref = Ref::new(1);
-const TREE: Ref = Ref::new(2);
-const INFO: Ref = Ref::new(3);
-const FONTS: [(Ref, &[u8], &[u8]); 2] =
-    [(Ref::new(4), b"Plain", b"Helvetica"), (Ref::new(5), b"Bold", b"Helvetica-Bold")];
-/// The first number of pictures, pages and their contents.
-const FIRST: i32 = 6;
-
-/// What a reader shows of the document beside its pages.
-#[derive(Debug)]
-pub(super) struct About<'a> {
-    pub(super) title: &'a str,
-    pub(super) producer: &'a str,
-    /// `YYYY-MM-DD HH:MM:SS`.
-    pub(super) date: &'a str,
-}
-
-/// The file; things on `pages` lie y downwards from the upper edge, points.
-pub(super) fn bytes(pages: &[Vec<Op>], pictures: &[Raster], about: &About<'_>) -> Vec<u8> {
-    let reference = |n: usize| Ref::new(FIRST + n as i32);
-    let picture = |n: usize| reference(n);
-    let page = |n: usize| reference(pictures.len() + 2 * n);
-    let content = |n: usize| reference(pictures.len() + 2 * n + 1);
-    let mut pdf = Pdf::new();
-    let mut catalog = pdf.catalog(CATALOG);
-    catalog.pages(TREE).lang(TextStr("en"));
-    catalog.viewer_preferences().display_doc_title(true);
-    catalog.finish();
-    let kids = (0..pages.len()).map(page);
-    pdf.pages(TREE).kids(kids).count(pages.len() as i32);
-    inform(&mut pdf, about);
-    for (font, _, base) in FONTS {
-        let mut font = pdf.type1_font(font);
-        font.base_font(Name(base)).encoding_predefined(Name(b"WinAnsiEncoding"));
-    }
-    for (n, raster) in pictures.iter().enumerate() {
-        put_picture(&mut pdf, picture(n), raster);
-    }
-    for (n, ops) in pages.iter().enumerate() {
-        let mut written = pdf.page(page(n));
-        written.parent(TREE).contents(content(n));
-        written.media_box(Rect::new(0.0, 0.0, WIDTH as f32, HEIGHT as f32));
-        let mut resources = written.resources();
-        let mut fonts = resources.fonts();
-        for (font, name, _) in FONTS {
-            fonts.pair(Name(name), font);
-        }
-        fonts.finish();
-        let mut shown = resources.x_objects();
+/// The file; things on `pages` lie y downwards from the upper edge, points. A reader shows title,
+/// maker and date (`YYYY-MM-DD HH:MM:SS`) beside them.
+///
+/// # Errors
+/// [`Error::Pdf`] with what krilla says.
+pub(super) fn bytes(
+    pages: &[Vec<Op>],
+    pictures: &[&EncodedPicture],
+    about: (String, String, &str),
+) -> Result<Vec<u8>, Error> {
+    let configuration = ConfigurationBuilder::new().with_archival_validator(Archival::A2_A);
+    let configuration = configuration.finish().map_err(|error| failed(format!("{error:?}")))?;
+    let mut document =
+        Document::new_with(SerializeSettings { configuration, ..Default::default() });
+    let [plain, bold] = [Face::Plain, Face::Bold].map(|face| Font::new(face.file().into(), 0));
+    let fonts = [plain, bold].into_iter().collect::<Option<Vec<_>>>();
+    let fonts = fonts.ok_or_else(|| failed("the fonts cannot be read"))?;
+    let image = |picture: &&EncodedPicture| {
+        Image::from_png(picture.png.clone().into(), false).map_err(failed)
+    };
+    let images = pictures.iter().map(image).collect::<Result<Vec<_>, _>>()?;
+    let settings = PageSettings::from_wh(WIDTH as f32, HEIGHT as f32);
+    let mut tags = Tags::default();
+    for ops in pages {
+        let mut page = document.start_page_with(settings.clone().unwrap_or_default());
+        let mut surface = page.surface();
         for op in ops {
-            if let Op::Picture { number, .. } = op {
-                shown.pair(Name(&name_of(*number)), picture(*number));
+            draw(&mut surface, &mut tags, op, (&fonts, &images));
+        }
+        surface.finish();
+        page.finish();
+    }
+    document.set_tag_tree(tags.tree);
+    document.set_metadata(metadata(about));
+    document.finish().map_err(failed)
+}
+
+fn failed(error: impl ToString) -> Error {
+    Error::Pdf(error.to_string())
+}
+
+/// Title, maker, language and date.
+fn metadata((title, producer, date): (String, String, &str)) -> Metadata {
+    let data = Metadata::new().title(title).producer(producer).language("en".into());
+    let numbers: Vec<u16> =
+        date.split(['-', ' ', ':']).filter_map(|part| part.parse().ok()).collect();
+    let [year, rest @ ..] = &numbers[..] else { return data };
+    let [month, day, hour, minute, second] =
+        std::array::from_fn(|n| *rest.get(n).unwrap_or(&0) as u8);
+    let date = DateTime::new(*year).month(month).day(day).hour(hour).minute(minute).second(second);
+    data.creation_date(date)
+}
+
+fn draw(surface: &mut Surface<'_>, tags: &mut Tags, op: &Op, (fonts, images): (&[Font], &[Image])) {
+    let point = |[x, y]: [f64; 2]| Point::from_xy(x as f32, y as f32);
+    match op {
+        Op::Open(role) => tags.open(*role),
+        Op::Close => tags.close(),
+        Op::Fill { at: [x, y], size: [w, h], rgb } => {
+            let mut path = PathBuilder::new();
+            let rect = Rect::from_xywh(*x as f32, *y as f32, *w as f32, *h as f32);
+            rect.into_iter().for_each(|rect| path.push_rect(rect));
+            surface.start_tagged(aside());
+            surface.set_fill(Some(filled(*rgb)));
+            path.finish().iter().for_each(|path| surface.draw_path(path));
+            surface.end_tagged();
+        }
+        Op::Picture { at, size: [w, h], number, told } => {
+            let Some(size) = Size::from_wh(*w as f32, *h as f32) else { return };
+            let id = surface.start_tagged(ContentTag::Other);
+            surface.push_transform(&Transform::from_translate(at[0] as f32, at[1] as f32));
+            surface.draw_image(images[*number].clone(), size);
+            surface.pop();
+            surface.end_tagged();
+            let figure = Tag::Figure(Some(told.clone()));
+            tags.put(TagGroup::with_children(figure, vec![id.into()]));
+        }
+        Op::Text { at, style, text } => {
+            let told = tags.told();
+            let tag = if told { ContentTag::Span(SpanTag::empty()) } else { aside() };
+            let id = surface.start_tagged(tag);
+            surface.set_fill(Some(filled(style.rgb)));
+            let glyph = |letter: Placed| {
+                let (glyph, advance) = (GlyphId::new(letter.glyph.to_u32()), letter.advance as f32);
+                KrillaGlyph::new(glyph, advance, 0.0, 0.0, 0.0, letter.bytes, None)
+            };
+            let glyphs: Vec<KrillaGlyph> = style.face.line(text).into_iter().map(glyph).collect();
+            let font = fonts[usize::from(style.face == Face::Bold)].clone();
+            surface.draw_glyphs(point(*at), &glyphs, font, text, style.size as f32, false);
+            surface.end_tagged();
+            if told {
+                tags.put(id);
             }
         }
-        shown.finish();
-        resources.finish();
-        written.finish();
-        pdf.stream(content(n), &drawn(ops));
-    }
-    pdf.finish()
-}
-
-/// Title, maker and date.
-fn inform(pdf: &mut Pdf, about: &About<'_>) {
-    let mut info = pdf.document_info(INFO);
-    info.title(TextStr(about.title)).producer(TextStr(about.producer));
-    let digits: Vec<u16> =
-        about.date.split(['-', ' ', ':']).filter_map(|part| part.parse().ok()).collect();
-    if let [year, month, day, hour, minute, second] = digits[..] {
-        let [month, day, hour, minute, second] =
-            [month, day, hour, minute, second].map(|n| n as u8);
-        let date = Date::new(year).month(month).day(day).hour(hour).minute(minute).second(second);
-        info.creation_date(date);
     }
 }
 
-fn put_picture(pdf: &mut Pdf, at: Ref, raster: &Raster) {
-    let mut image = pdf.image_xobject(at, &raster.deflated);
-    image.width(raster.width as i32).height(raster.height as i32).bits_per_component(8);
-    image.color_space().device_rgb();
-    image.filter(Filter::FlateDecode);
-    let mut parameters = image.decode_parms();
-    parameters.predictor(Predictor::PngOptimum).colors(3).bits_per_component(8);
-    parameters.columns(raster.width as i32);
+fn filled([red, green, blue]: Rgb) -> Fill {
+    Fill { paint: rgb::Color::new(red, green, blue).into(), ..Fill::default() }
 }
 
-fn name_of(picture: usize) -> Vec<u8> {
-    format!("Picture{picture}").into_bytes()
+/// What is no part of what is told: grounds, lines, heads and feet of pages.
+fn aside() -> ContentTag<'static> {
+    ContentTag::Artifact(Artifact::with_kind(ArtifactType::Other))
 }
 
-/// The operators of a page, whose y points up from its lower edge.
-fn drawn(ops: &[Op]) -> Vec<u8> {
-    let mut content = Content::new();
-    for op in ops {
-        match op {
-            Op::Fill { at: [x, y], size: [w, h], rgb } => {
-                fill(&mut content, *rgb);
-                content.rect(short(*x), short(HEIGHT - y - h), short(*w), short(*h)).fill_nonzero();
-            }
-            Op::Picture { at: [x, y], size: [w, h], number } => {
-                content.save_state();
-                let place = [short(*w), 0.0, 0.0, short(*h), short(*x), short(HEIGHT - y - h)];
-                content.transform(place).x_object(Name(&name_of(*number))).restore_state();
-            }
-            Op::Text { at: [x, y], style, letters } => {
-                let (_, font, _) = FONTS[usize::from(style.font == Font::Bold)];
-                fill(&mut content, style.rgb);
-                content.begin_text().set_font(Name(font), short(style.size));
-                content.next_line(short(*x), short(HEIGHT - y)).show(Str(letters)).end_text();
-            }
+/// What the page says, in its order, while it is drawn.
+#[derive(Default)]
+struct Tags {
+    tree: TagTree,
+    /// What is open, the innermost last; nothing for what is not told.
+    open: Vec<Option<TagGroup>>,
+}
+
+impl Tags {
+    fn open(&mut self, role: Role) {
+        let told = !matches!(self.open.last(), Some(None));
+        self.open.push(kind(role).filter(|_| told).map(TagGroup::new));
+    }
+
+    fn close(&mut self) {
+        if let Some(Some(group)) = self.open.pop() {
+            self.put(group);
         }
     }
-    content.finish().to_vec()
+
+    fn put(&mut self, node: impl Into<Node>) {
+        match self.open.last_mut() {
+            Some(Some(group)) => group.push(node),
+            _ => self.tree.push(node),
+        }
+    }
+
+    /// Whether what is drawn now is told.
+    fn told(&self) -> bool {
+        matches!(self.open.last(), Some(Some(_)))
+    }
 }
 
-fn fill(content: &mut Content, rgb: Rgb) {
-    let [red, green, blue] = rgb.map(|c| short(f64::from(c) / 255.0));
-    content.set_fill_rgb(red, green, blue);
-}
-
-/// To a thousandth, in as few digits.
-fn short(x: f64) -> f32 {
-    ((x * 1000.0).round() / 1000.0) as f32
+fn kind(role: Role) -> Option<TagKind> {
+    Some(match role {
+        Role::Aside => return None,
+        Role::Title => Tag::Hn(NonZeroU16::MIN, None).into(),
+        Role::Heading => Tag::Hn(NonZeroU16::MIN.saturating_add(1), None).into(),
+        Role::Paragraph => Tag::P.into(),
+        Role::Caption => Tag::Caption.into(),
+        Role::List => Tag::L(ListNumbering::None).into(),
+        Role::Item => Tag::LI.into(),
+        Role::Label => Tag::Lbl.into(),
+        Role::Body => Tag::LBody.into(),
+        Role::Table => Tag::Table.into(),
+        Role::Row => Tag::TR.into(),
+        Role::ColumnHead => Tag::TH(TableHeaderScope::Column).into(),
+        Role::RowHead => Tag::TH(TableHeaderScope::Row).into(),
+        Role::Cell => Tag::TD.into(),
+    })
 }

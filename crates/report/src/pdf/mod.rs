@@ -1,35 +1,27 @@
 //! What a planner reads first, as a PDF of one or two sheets of A4, in the words of the page.
 
-mod ansi;
 mod block;
 mod file;
-mod metrics;
-mod picture;
+mod lines;
 mod sheet;
 mod table;
 #[cfg(test)]
 mod tests;
 
-use crate::canvas::Rgb;
-use crate::encoded::EncodedRow;
+use crate::encoded::{EncodedPicture, EncodedRow};
 use crate::first::{ABOUT, BANNER, BEFORE_SEEDS, First, LEGEND, NOT_FOR, PLACES, WINDOW};
+use crate::fonts::Face;
+use crate::palette::{CHECK, GOOD, INK, LINE, QUIET, STOP, WHITE};
 use crate::pictures::Part;
 use crate::tables::{self, Table};
 use crate::{Error, PatientIdentity, Pictures, Summary};
-use block::{Block, Op, Setter, Style};
-use metrics::{Font, width};
-use picture::Raster;
+use block::{Block, Op, Role, Setter, Style, within};
 use sheet::{Frame, SIDE, WIDE, WIDTH};
 
-const INK: Rgb = [24, 26, 30];
-const QUIET: Rgb = [84, 88, 96];
-const FAINT: Rgb = [200, 203, 208];
-const WHITE: Rgb = [255; 3];
-const RED: Rgb = [164, 14, 38];
-const TITLE: Style = Style::new(Font::Bold, 16.0, INK);
-const HEADING: Style = Style::new(Font::Bold, 10.5, INK);
-const BODY: Style = Style::new(Font::Plain, 9.0, INK);
-const SMALL: Style = Style::new(Font::Plain, 7.5, QUIET);
+const TITLE: Style = Style::new(Face::Bold, 16.0, INK).role(Role::Title);
+const HEADING: Style = Style::new(Face::Bold, 10.5, INK).role(Role::Heading);
+const BODY: Style = Style::new(Face::Plain, 9.0, INK);
+const SMALL: Style = Style::new(Face::Plain, 7.5, QUIET);
 /// Between pictures or columns, points.
 const APART: f64 = 8.0;
 /// Between parts, points.
@@ -37,27 +29,38 @@ const AIR: f64 = 6.5;
 /// More uncertain places than these are left to the page, which has their seeds too.
 const MOST_PLACES: usize = 8;
 /// What is said where letters are lacking.
-const LACKING: &str = "Letters that this document cannot show stand as their plain ones or as ?; the object's own header has \
-                       them.";
+const LACKING: &str =
+    "Letters that this document cannot show stand as ?; the object's own header has them.";
 
 /// The first screen of the page as a PDF of A4: verdict, displacement, pictures, uncertain places.
 /// `date` is that of the run, `YYYY-MM-DD HH:MM:SS`. The same input gives the same bytes; whose CT
 /// it is stands on every sheet.
 ///
-/// Letters are those of WinAnsiEncoding, the fonts Helvetica and Helvetica-Bold, which are not
-/// embedded.
-///
 /// # Errors
-/// [`Error::NotPlain`] when a picture is no plain PNG file.
+/// [`Error::Pdf`] when a picture is no PNG file or the file would be no PDF/A.
 pub fn pdf(
     (summary, whose): (&Summary, Option<&PatientIdentity>),
     pictures: &Pictures,
     date: &str,
 ) -> Result<Vec<u8>, Error> {
-    let leading: Vec<&EncodedRow> =
-        pictures.rows.iter().filter(|row| row.part == Part::First).collect();
-    let shown = leading.iter().flat_map(|row| &row.pictures);
-    let rasters = shown.map(Raster::new).collect::<Result<Vec<_>, _>>()?;
+    let shown: Vec<&EncodedPicture> = leading(pictures).flat_map(|row| &row.pictures).collect();
+    let producer = format!("{} {}", summary.tool.name, summary.tool.version);
+    let title = format!("{} (simulated)", First::new(summary).title);
+    let sheets = sheets((summary, whose), pictures, date);
+    file::bytes(&sheets, &shown, (title, producer, date))
+}
+
+/// The rows of pictures that are shown.
+fn leading(pictures: &Pictures) -> impl Iterator<Item = &EncodedRow> {
+    pictures.rows.iter().filter(|row| row.part == Part::First)
+}
+
+/// What stands on each sheet.
+fn sheets(
+    (summary, whose): (&Summary, Option<&PatientIdentity>),
+    pictures: &Pictures,
+    date: &str,
+) -> Vec<Vec<Op>> {
     let first = First::new(summary);
     let facts = facts(summary, whose);
     let setter = Setter::default();
@@ -72,7 +75,7 @@ pub fn pdf(
     blocks.extend(verdict(&setter, &first));
     blocks.extend([Block::gap(AIR), displacement(&setter, &first), Block::gap(AIR)]);
     let mut number = 0;
-    for row in leading {
+    for row in leading(pictures) {
         blocks.push(row_of(&setter, row, number));
         number += row.pictures.len();
     }
@@ -82,15 +85,11 @@ pub fn pdf(
     blocks.push(Block::gap(AIR));
     blocks.push(limits(&setter, summary));
     let frame = framed(&setter, (&first.title, &facts), summary);
-    if setter.lacks() {
+    if setter.lacking.get() {
         blocks.insert(below_facts, setter.text(LACKING, SMALL, WIDE));
     }
     let foot = |n: usize, of: usize| foot(&setter, summary, date, [n, of]);
-    let sheets = sheet::sheets(&blocks, &Frame { heads: frame, foot: &foot });
-    let producer = format!("{} {}", summary.tool.name, summary.tool.version);
-    let title = format!("{} (simulated)", first.title);
-    let about = file::About { title: &title, producer: &producer, date };
-    Ok(file::bytes(&sheets, &rasters, &about))
+    sheet::sheets(&blocks, &Frame { heads: frame, foot: &foot })
 }
 
 /// Whose CT it is, and which result: without the patient where she was taken out.
@@ -107,21 +106,23 @@ fn facts<'a>(
 
 /// The verdict in words on a tinted ground, each reason whole.
 fn verdict(setter: &Setter, first: &First) -> Vec<Block> {
-    let (bar, ground): (Rgb, Rgb) = match first.class {
-        "good" => ([15, 92, 54], [232, 246, 238]),
-        "stop" => (RED, [253, 236, 238]),
-        _ => ([122, 75, 0], [255, 245, 220]),
+    let [bar, ground] = match first.class {
+        "good" => GOOD,
+        "stop" => STOP,
+        _ => CHECK,
     };
     const IN: [f64; 2] = [10.0, 2.0];
     const NUMBER: f64 = 14.0;
     let boxed = |block: Block| block.on(ground, WIDE, IN).barred(bar, 4.0);
     let inner = WIDE - 2.0 * IN[0];
-    let headline = Style::new(Font::Bold, 13.0, bar);
+    let headline = Style::new(Face::Bold, 13.0, bar).role(Role::Heading);
     let mut blocks = vec![boxed(setter.text(&format!("{}.", first.headline), headline, inner))];
     for (n, (reason, _)) in first.reasons.iter().enumerate() {
-        let number = setter.text(&format!("{}.", n + 1), BODY, NUMBER);
-        blocks.push(boxed(number.beside(NUMBER, &setter.text(reason, BODY, inner - NUMBER))));
+        let number = setter.text(&format!("{}. ", n + 1), BODY.role(Role::Label), NUMBER);
+        let reason = setter.text(reason, BODY.role(Role::Body), inner - NUMBER);
+        blocks.push(boxed(number.beside(NUMBER, &reason).within(Role::Item)));
     }
+    within(Role::List, &mut blocks[1..]);
     // The headline does not stand alone at the foot of a sheet.
     if blocks.len() > 1 {
         let reason = blocks.remove(1);
@@ -132,7 +133,7 @@ fn verdict(setter: &Setter, first: &First) -> Vec<Block> {
 
 /// How far the tumour moves, and beside it what makes that uncertain.
 fn displacement(setter: &Setter, first: &First) -> Block {
-    let large = Style::new(Font::Bold, 11.5, INK);
+    let large = Style::new(Face::Bold, 11.5, INK);
     let told = |wide: f64| {
         let moves = setter.text(&first.moves, large, wide).above(Block::gap(3.0));
         moves.above(setter.text(&first.sure, BODY, wide))
@@ -140,7 +141,7 @@ fn displacement(setter: &Setter, first: &First) -> Block {
     let Some(shares) = &first.shares else { return told(WIDE) };
     let left = 0.42 * WIDE;
     let right = WIDE - left - 2.0 * APART;
-    let small = Style::new(Font::Bold, 8.5, INK);
+    let small = Style::new(Face::Bold, 8.5, INK);
     let heading = setter.text(&shares.title, small, right);
     let rows = table::rows(setter, shares, right).into_iter();
     told(left).beside(left + 2.0 * APART, &rows.fold(heading, Block::above))
@@ -154,8 +155,9 @@ fn row_of(setter: &Setter, row: &EncodedRow, number: usize) -> Block {
     let (mut block, mut x) = (Block::default(), 0.0);
     for (n, picture) in row.pictures.iter().enumerate() {
         let size = [picture.width as f64 * scale, picture.height as f64 * scale];
-        let drawn = Op::Picture { at: [0.0, 0.0], size, number: number + n };
-        let caption = setter.text(&picture.caption, SMALL, size[0]);
+        let told = format!("{}. {}", picture.caption, row.text);
+        let drawn = Op::Picture { at: [0.0, 0.0], size, number: number + n, told };
+        let caption = setter.text(&picture.caption, SMALL.role(Role::Caption), size[0]);
         let shown = Block { height: size[1] + 2.0, ops: vec![drawn] }.above(caption);
         block = block.beside(x, &shown);
         x += size[0] + APART;
@@ -174,11 +176,10 @@ fn legend(setter: &Setter) -> Block {
         let sample = Op::Fill { at: [x + 0.5, 2.0], size: [SAMPLE - 1.0; 2], rgb };
         block.ops.extend([rim, sample]);
         block = block.beside(x + SAMPLE + 3.0, &setter.text(text, SMALL, WIDE));
-        x += SAMPLE + 11.0 + width(&setter.letters(text), Font::Plain, SMALL.size);
+        x += SAMPLE + 11.0 + SMALL.width(text);
     }
     let window = setter.text(WINDOW, SMALL, WIDE);
-    let wide = width(&setter.letters(WINDOW), Font::Plain, SMALL.size);
-    if x + wide <= WIDE { block.beside(x, &window) } else { block.above(window) }
+    if x + SMALL.width(WINDOW) <= WIDE { block.beside(x, &window) } else { block.above(window) }
 }
 
 /// The uncertain places, what moves the tumour most first.
@@ -211,10 +212,12 @@ fn limits(setter: &Setter, summary: &Summary) -> Block {
     const INDENT: f64 = 10.0;
     let style = Style { size: 8.0, ..BODY };
     let heading = setter.text(NOT_FOR, HEADING, WIDE);
-    summary.must_not_be_used_for.iter().fold(heading, |block, limit| {
-        let dot = setter.text("\u{2022}", style, INDENT);
-        block.above(dot.beside(INDENT, &setter.text(limit, style, WIDE - INDENT)))
-    })
+    let list = summary.must_not_be_used_for.iter().fold(Block::default(), |list, limit| {
+        let dot = setter.text("\u{2022} ", style.role(Role::Label), INDENT);
+        let limit = setter.text(limit, style.role(Role::Body), WIDE - INDENT);
+        list.above(dot.beside(INDENT, &limit).within(Role::Item))
+    });
+    heading.above(list.within(Role::List))
 }
 
 /// The heads of the first sheet and of the others, which say again whose it is.
@@ -224,8 +227,8 @@ fn framed(
     summary: &Summary,
 ) -> [Block; 2] {
     const IN: [f64; 2] = [7.0, 4.0];
-    let style = Style::new(Font::Bold, 8.5, WHITE);
-    let banner = setter.text(BANNER, style, WIDE - 2.0 * IN[0]).on(RED, WIDE, IN);
+    let style = Style::new(Face::Bold, 8.5, WHITE);
+    let banner = setter.text(BANNER, style, WIDE - 2.0 * IN[0]).on(STOP[0], WIDE, IN);
     let identity: Vec<(&str, &str)> = facts
         .iter()
         .filter(|(what, _)| ["Patient", "ID", "Born"].contains(what))
@@ -236,7 +239,7 @@ fn framed(
         std::iter::once((title, "")).chain(identity).chain(result).collect();
     let first = banner.clone().above(Block::gap(AIR));
     let other = banner.above(Block::gap(3.0)).above(setter.facts(&again, BODY, WIDE));
-    [first, other.above(Block::gap(AIR))]
+    [first, other.above(Block::gap(AIR)).within(Role::Aside)]
 }
 
 /// Maker, result and number of a sheet.
@@ -244,8 +247,9 @@ fn foot(setter: &Setter, summary: &Summary, date: &str, [n, of]: [usize; 2]) -> 
     let id = summary.id.iter().map(|id| format!("Result {id}, "));
     let result: String = id.collect();
     let made = format!("{} {}. {result}{date}.", summary.tool.name, summary.tool.version);
-    let line = Op::Fill { at: [0.0, 0.0], size: [WIDTH - 2.0 * SIDE, 0.4], rgb: FAINT };
+    let line = Op::Fill { at: [0.0, 0.0], size: [WIDTH - 2.0 * SIDE, 0.4], rgb: LINE };
     let left = setter.text(&made, SMALL, WIDE);
     let line = Block { height: 3.0, ops: vec![line] };
-    line.above(left.beside(0.0, &setter.ending(&format!("Page {n} of {of}"), SMALL, WIDE)))
+    let page = setter.ending(&format!("Page {n} of {of}"), SMALL, WIDE);
+    line.above(left.beside(0.0, &page)).within(Role::Aside)
 }

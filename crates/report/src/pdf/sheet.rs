@@ -49,13 +49,13 @@ pub(super) fn sheets(blocks: &[Block], frame: &Frame<'_>) -> Vec<Vec<Op>> {
 #[cfg(test)]
 mod tests {
     use super::super::block::{Setter, Style};
-    use super::super::metrics::Font;
     use super::*;
+    use crate::fonts::Face;
 
     #[test]
     fn no_block_is_cut_or_lost() {
         let setter = Setter::default();
-        let line = |text: &str| setter.text(text, Style::new(Font::Plain, 10.0, [0; 3]), WIDE);
+        let line = |text: &str| setter.text(text, Style::new(Face::Plain, 10.0, [0; 3]), WIDE);
         let foot = |n: usize, of: usize| line(&format!("{n} of {of}"));
         let frame = Frame { heads: [line("head"), line("other")], foot: &foot };
         let blocks: Vec<Block> =
@@ -64,9 +64,7 @@ mod tests {
         assert_eq!(sheets.len(), 4);
         let texts = |sheet: &[Op]| -> Vec<(String, f64)> {
             let text = |op: &Op| match op {
-                Op::Text { letters, at, .. } => {
-                    Some((String::from_utf8_lossy(letters).into_owned(), at[1]))
-                }
+                Op::Text { text, at, .. } => Some((text.clone(), at[1])),
                 _ => None,
             };
             sheet.iter().filter_map(text).collect()

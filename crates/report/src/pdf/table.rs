@@ -1,8 +1,8 @@
 //! Tables, a block for each row.
 
-use super::block::{Block, Op, Setter, Style};
-use super::metrics::{Font, width};
-use super::{FAINT, INK, QUIET};
+use super::block::{Block, Op, Role, Setter, Style, within};
+use crate::fonts::Face;
+use crate::palette::{INK, LINE, QUIET};
 use crate::tables::Table;
 
 /// Between columns, points.
@@ -10,19 +10,19 @@ const APART: f64 = 10.0;
 /// Above and below the text of a row, points.
 const AIR: f64 = 1.2;
 const SIZE: f64 = 8.5;
-const HEAD: Style = Style::new(Font::Bold, 7.5, QUIET);
-const CELL: Style = Style::new(Font::Plain, SIZE, INK);
+const HEAD: Style = Style::new(Face::Bold, 7.5, QUIET).role(Role::ColumnHead);
+const CELL: Style = Style::new(Face::Plain, SIZE, INK).role(Role::Cell);
 
 /// The rows of a table of facts or of a list with its head, no wider than `wide`; rows of a list
 /// stand together with what comes before when a page ends, its head with the first one.
 pub(super) fn rows(setter: &Setter, table: &Table, wide: f64) -> Vec<Block> {
-    let columns = columns(setter, table, wide);
+    let columns = columns(table, wide);
     let mut blocks = Vec::new();
     if !table.head.is_empty() {
         let head: Vec<String> = table.head.iter().map(|name| (*name).to_owned()).collect();
         blocks.push(row(setter, &head, &columns, |_| HEAD, wide));
     }
-    let bold = Style { font: Font::Bold, ..CELL };
+    let bold = Style { face: Face::Bold, ..CELL }.role(Role::RowHead);
     let named = table.head.is_empty();
     let style = |column: usize| if named && column == 0 { bold } else { CELL };
     blocks.extend(table.rows.iter().map(|cells| row(setter, cells, &columns, style, wide)));
@@ -30,6 +30,7 @@ pub(super) fn rows(setter: &Setter, table: &Table, wide: f64) -> Vec<Block> {
         let first = blocks.remove(1);
         blocks[0] = std::mem::take(&mut blocks[0]).above(first);
     }
+    within(Role::Table, &mut blocks);
     blocks
 }
 
@@ -46,20 +47,21 @@ fn row(
         block = block.beside(x, &setter.text(cell, style(n), *column));
         x += column + APART;
     }
-    let mut block = Block::gap(AIR).above(block).above(Block::gap(AIR));
+    let mut block = Block::gap(AIR).above(block.within(Role::Row)).above(Block::gap(AIR));
     let at = [0.0, block.height - 0.4];
-    block.ops.push(Op::Fill { at, size: [wide, 0.4], rgb: FAINT });
+    block.ops.push(Op::Fill { at, size: [wide, 0.4], rgb: LINE });
     block
 }
 
 /// Widths of the columns: what each asks for, or an even share of what those leave that ask for
 /// less.
-fn columns(setter: &Setter, table: &Table, wide: f64) -> Vec<f64> {
+fn columns(table: &Table, wide: f64) -> Vec<f64> {
     let count = table.rows.iter().map(Vec::len).max().unwrap_or(0).max(table.head.len());
     let asked = |column: usize| {
-        let head = table.head.get(column).map(|h| width(&setter.letters(h), Font::Bold, HEAD.size));
+        let head = table.head.get(column).map(|h| HEAD.width(h));
         let cells = table.rows.iter().filter_map(|row| row.get(column));
-        let cells = cells.map(|cell| width(&setter.letters(cell), Font::Bold, SIZE));
+        let bold = Style { face: Face::Bold, ..CELL };
+        let cells = cells.map(|cell| bold.width(cell));
         // Rounding must not break a line that fits exactly.
         cells.chain(head).fold(0.0, f64::max) + 0.1
     };

@@ -2,8 +2,8 @@
 
 use super::LETTER;
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::colour;
 use crate::lettering::Align;
+use crate::palette;
 
 /// A histogram.
 pub(super) struct Bars<'a> {
@@ -26,13 +26,13 @@ impl Bars<'_> {
         let whole = self.amounts.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let max = self.amounts.iter().copied().fold(0.0, f64::max) / whole;
         let scale = super::round_up(max.max(1e-6));
-        canvas.text(title, [left as f64, (top + 26) as f64], Align::Left, small, colour::TEXT);
+        canvas.text(title, [left as f64, (top + 26) as f64], Align::Left, small, palette::TEXT);
         for share in [0.0, 0.5, 1.0] {
             let y = base as f64 - share * (base - upper) as f64;
             let line = [[left as f64, y], [right as f64, y]];
-            canvas.stroke(&[line], Pen::new(1.0, colour::TEXT).alpha(0.25));
+            canvas.stroke(&[line], Pen::new(1.0, palette::TEXT).alpha(0.25));
             let label = format!("{:.0} %", 100.0 * share * scale);
-            canvas.text(&label, [left as f64 - 6.0, y + 4.0], Align::Right, small, colour::TEXT);
+            canvas.text(&label, [left as f64 - 6.0, y + 4.0], Align::Right, small, palette::TEXT);
         }
         let x = |n: usize| left + (right - left) * n / self.amounts.len();
         for (n, amount) in self.amounts.iter().enumerate() {
@@ -44,7 +44,7 @@ impl Bars<'_> {
         }
         for n in (0..=self.amounts.len()).step_by(self.every) {
             let spot = [x(n) as f64, base as f64 + 6.0 + small];
-            canvas.text(&(self.tick)(n), spot, Align::Centre, small, colour::TEXT);
+            canvas.text(&(self.tick)(n), spot, Align::Centre, small, palette::TEXT);
         }
     }
 }

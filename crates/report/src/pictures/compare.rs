@@ -2,7 +2,7 @@
 
 use super::{Legend, Part, Picture, Row, Studio, curtain, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::{Error, Shown, colour, words};
+use crate::{Error, Shown, palette, words};
 use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
 
@@ -76,7 +76,7 @@ fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) 
     let mut before = paint(plane, &ct, 1.0);
     studio.outline_region(&mut before, plane);
     studio.mark_before(&mut before, plane, false);
-    mark(&mut before, 0, colour::BEFORE);
+    mark(&mut before, 0, palette::BEFORE);
     dress(&mut before, plane, "CT");
 
     let mut after = paint(plane, &deformed, 1.0);
@@ -84,7 +84,7 @@ fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) 
     studio.mark_before(&mut after, plane, true);
     studio.mark_after(&mut after, plane);
     studio.mark_within(&mut after, plane);
-    mark(&mut after, 1, colour::AFTER);
+    mark(&mut after, 1, palette::AFTER);
     dress(&mut after, plane, "SIMULATED");
 
     let mut change = paint(plane, &deformed, 0.55);
@@ -102,16 +102,14 @@ fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) 
         canvas,
     };
     Row {
-        title: String::new(),
         text: format!("{} plane, {} mm.", words::capital(name), words::minus(&plane.position())),
         pair: true,
-        part: Part::Still,
         pictures: vec![
             picture("before", "The CT, patient on her back", before),
             picture("after", "On the operating table (simulated)", after),
             picture("change", "Change: red denser, blue less dense", change),
         ],
-        table: None,
+        ..Row::default()
     }
 }
 
@@ -128,7 +126,7 @@ fn tint_change(canvas: &mut Canvas, ct: &[f32], deformed: &[f32]) {
 
 /// Colour and opacity of a change of HU.
 fn tint(change: f64) -> (Rgb, f64) {
-    let rgb = if change > 0.0 { [255, 70, 50] } else { [60, 130, 255] };
+    let rgb = palette::CHANGE[usize::from(change <= 0.0)];
     (rgb, ((change.abs() - NOISE_HU) / (FULL_HU - NOISE_HU)).clamp(0.0, 1.0))
 }
 

@@ -1,9 +1,9 @@
 //! The CT and the simulated CT in strips beside each other, so that steps show what moved.
 
-use super::{LETTER, PANEL, Part, Picture, Row, Studio, dress, paint};
+use super::{LETTER, PANEL, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
-use crate::colour;
 use crate::lettering::{Align, text_width};
+use crate::palette;
 use supine_space::Plane;
 use supine_space::{Progress, Stopped};
 
@@ -23,15 +23,12 @@ pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, St
         });
     }
     Ok(Row {
-        title: String::new(),
         text: "Strips of the CT and of the simulated CT in turn. Where nothing may move (ribs, chest wall, \
                all outside the dashed circle) lines must run on across the strips; steps at the skin are the \
                movement."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 
@@ -50,12 +47,13 @@ fn strips(studio: &Studio<'_>, plane: &Plane) -> Canvas {
     let height = plane.height as f64;
     for n in 0..STRIPS {
         let [left, right] = [n, n + 1].map(|n| (n * plane.width / STRIPS) as f64);
-        let (name, rgb) = if n % 2 == 0 { ("CT", colour::BEFORE) } else { ("SIM", colour::AFTER) };
+        let (name, rgb) =
+            if n % 2 == 0 { ("CT", palette::BEFORE) } else { ("SIM", palette::AFTER) };
         // Below the line of the plane's position.
         name_strip(&mut canvas, name, [0.5 * (left + right), 4.2 * LETTER], rgb);
         if n > 0 {
             let line = [[left, 0.0], [left, height]];
-            canvas.stroke(&[line], Pen::new(1.0, colour::REGION).alpha(0.35));
+            canvas.stroke(&[line], Pen::new(1.0, palette::REGION).alpha(0.35));
         }
     }
     dress(&mut canvas, plane, "");
@@ -68,6 +66,6 @@ fn name_strip(canvas: &mut Canvas, name: &str, [x, y]: Spot, rgb: Rgb) {
     let (half, free) = (0.5 * text_width(name, small), 5.0);
     let corner = [x - half - free, y - small - free].map(|c| c.max(0.0) as usize);
     let size = [2.0 * (half + free), small + 2.0 * free].map(|c| c as usize);
-    canvas.rectangle(corner, size, colour::PANEL, PANEL);
+    canvas.rectangle(corner, size, palette::PANEL, PANEL);
     canvas.text(name, [x, y], Align::Centre, small, rgb);
 }

@@ -2,10 +2,10 @@
 
 use super::bars::Bars;
 use super::moving::Motion;
-use super::{Legend, Part, Picture, Row, Studio, dress, paint};
+use super::{Legend, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::words::{fixed, triple};
-use crate::{Error, Shown, VolumeChange, colour, tables, words};
+use crate::{Error, Shown, VolumeChange, palette, tables, words};
 use supine_mesh::{Below, det_f};
 use supine_space::View;
 use supine_space::{Point, Progress};
@@ -36,10 +36,9 @@ pub(super) fn rows(
                Values beyond the bar take the colour of its end. It is the tissue's own; what the fade at the cut adds \
                in the exported CT is the last line of the table. HU are carried unchanged."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures: planes.iter().map(|m| picture(studio, m, span, None)).collect(),
         table: tables::volumes(shown.volumes),
+        ..Row::default()
     }];
     rows.push(histograms(shown.volumes));
     progress.at(0.4)?;
@@ -87,12 +86,12 @@ fn picture(studio: &Studio<'_>, motion: &Motion, span: f64, at: Option<&Point>) 
 
 fn cross(canvas: &mut Canvas, motion: &Motion, at: Option<&Point>) {
     if let Some(at) = at {
-        canvas.circle(motion.plane.spot(at), 14.0, 0, Pen::new(1.8, colour::BEFORE));
+        canvas.circle(motion.plane.spot(at), 14.0, 0, Pen::new(1.8, palette::BEFORE));
     }
 }
 
 fn by_change(share: f64) -> Rgb {
-    colour::on_scale(&colour::DIVERGING, share)
+    palette::on_scale(&palette::DIVERGING, share)
 }
 
 /// The axial plane through an extreme of det F: before, after, change of volume.
@@ -116,14 +115,12 @@ fn extreme(
     let after = shown(&supine_volume::sample_plane(studio.scene.deformed, plane), "SIMULATED");
     let change = picture(studio, &motion, span, Some(&place));
     Row {
-        title: String::new(),
         text: format!(
             "The slice of the {end} det F, {}, at {} mm in the CT (circle).",
             fixed(det, 2),
             triple(place.coords.into(), 1),
         ),
         pair: true,
-        part: Part::Still,
         pictures: vec![
             Picture {
                 name: format!("{name}_volume_before"),
@@ -137,7 +134,7 @@ fn extreme(
             },
             Picture { name: format!("{name}_volume_change"), ..change },
         ],
-        table: None,
+        ..Row::default()
     }
 }
 
@@ -148,7 +145,7 @@ fn histograms(volumes: &[VolumeChange]) -> Row {
         let [width, height] = HISTOGRAM;
         let mut canvas = Canvas::new(width, height * volumes.len().div_ceil(columns));
         let size = [width, canvas.height()];
-        canvas.rectangle([0, 0], size, colour::NOTHING, 1.0);
+        canvas.rectangle([0, 0], size, palette::NOTHING, 1.0);
         let own: Vec<_> = volumes.iter().skip(n).step_by(columns).collect();
         for (at, change) in own.iter().enumerate() {
             histogram(&mut canvas, at * height, change);
@@ -157,15 +154,12 @@ fn histograms(volumes: &[VolumeChange]) -> Row {
         Picture { name: format!("volume_histograms_{}", n + 1), caption: names.join("; "), canvas }
     };
     Row {
-        title: String::new(),
         text:
             "How much of each structure's volume changes by how much; the outermost bars hold all \
                beyond."
                 .into(),
-        pair: false,
-        part: Part::Still,
         pictures: (0..columns).map(column).collect(),
-        table: None,
+        ..Row::default()
     }
 }
 

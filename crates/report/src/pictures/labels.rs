@@ -1,8 +1,8 @@
 //! The segmentation, drawn on the whole CT.
 
-use super::{Part, Picture, Row, Studio, dress, paint, uncertainty};
+use super::{Picture, Row, Studio, dress, paint, uncertainty};
 use crate::canvas::Pen;
-use crate::{Error, colour};
+use crate::{Error, palette};
 use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
 use supine_volume::contour;
@@ -27,7 +27,7 @@ pub(super) fn row(
         let plane = Plane::new(view, &scene.sphere.centre(), frame, pixel_mm);
         let mut canvas = paint(&plane, &supine_volume::sample_plane(scene.ct, &plane), 1.0);
         let skin = contour(&supine_volume::sample_plane(&body, &plane), plane.width, 0.5);
-        canvas.stroke_on_halo(&skin, Pen::new(1.5, colour::SKIN));
+        canvas.stroke_on_halo(&skin, Pen::new(1.5, palette::SKIN));
         uncertainty::outline(studio, &mut canvas, &plane, wall);
         studio.outline_region(&mut canvas, &plane);
         studio.mark_before(&mut canvas, &plane, false);
@@ -45,10 +45,8 @@ pub(super) fn row(
                through the region's centre. All between skin and \
                chest wall within the region moves: where a line is wrong, the result is wrong."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 

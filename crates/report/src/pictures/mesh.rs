@@ -1,8 +1,8 @@
 //! The mesh, cut by the planes, in the CT shape and in the operating position.
 
-use super::{Part, Picture, Row, Studio, dress, paint};
+use super::{Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Spot};
-use crate::{Error, colour};
+use crate::{Error, palette};
 use supine_mesh::BoundaryTag;
 use supine_mesh::{FaceCut, Faces};
 use supine_space::Progress;
@@ -37,10 +37,8 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
     let row = |title: &str, text: &str, pictures| Row {
         title: title.into(),
         text: text.into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     };
     Ok(vec![
         row(
@@ -57,8 +55,8 @@ fn draw(canvas: &mut Canvas, cuts: &[FaceCut]) {
     let lines = |tag: Option<BoundaryTag>| -> Vec<[Spot; 2]> {
         cuts.iter().filter(|c| c.tag == tag).map(|c| c.segment).collect()
     };
-    canvas.stroke(&lines(None), Pen::new(0.9, colour::INNER).alpha(0.5));
+    canvas.stroke(&lines(None), Pen::new(0.9, palette::INNER).alpha(0.5));
     for tag in [BoundaryTag::Cut, BoundaryTag::ChestWall, BoundaryTag::Skin] {
-        canvas.stroke_on_halo(&lines(Some(tag)), Pen::new(1.8, colour::tag(tag)));
+        canvas.stroke_on_halo(&lines(Some(tag)), Pen::new(1.8, palette::tag(tag)));
     }
 }

@@ -15,8 +15,8 @@ mod tissues;
 pub(crate) mod uncertainty;
 
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::colour;
 use crate::lettering::{Align, text_width};
+use crate::palette;
 use crate::tables::{self, Table};
 use crate::{Ellipsoid, Error, Mesh, Scene, Shown};
 use rayon::prelude::*;
@@ -43,18 +43,19 @@ pub(crate) struct Picture {
 }
 
 /// The part of the report in which a row stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Part {
     /// The first screen.
     First,
     /// Beside the uncertain places of the chest wall.
     Uncertain,
     /// Among the still pictures, which are closed until someone opens them.
+    #[default]
     Still,
 }
 
 /// Pictures that stand side by side.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Row {
     /// Heading; empty when the row continues the one above.
     pub(crate) title: String,
@@ -114,7 +115,7 @@ impl<'a> Studio<'a> {
     fn outline_region(&self, canvas: &mut Canvas, plane: &Plane) {
         let sphere = self.scene.sphere;
         if let Some(radius) = plane.cut_radius(&sphere.centre(), sphere.radius()) {
-            let pen = Pen::new(1.0, colour::REGION).alpha(0.55);
+            let pen = Pen::new(1.0, palette::REGION).alpha(0.55);
             canvas.circle(plane.spot(&sphere.centre()), radius, 48, pen);
         }
     }
@@ -123,43 +124,34 @@ impl<'a> Studio<'a> {
     fn mark_before(&self, canvas: &mut Canvas, plane: &Plane, remembered: bool) {
         if let Some(tumour) = self.scene.tumour {
             let dashes = if remembered { 12 } else { 0 };
-            ring(canvas, plane, &tumour.centre(), tumour.radius(), dashes, colour::BEFORE);
+            ring(canvas, plane, &tumour.centre(), tumour.radius(), dashes, palette::BEFORE);
         }
     }
 
     /// Where the tumour's centre may lie: the ellipsoid as the plane's view sees it.
     fn mark_within(&self, canvas: &mut Canvas, plane: &Plane) {
         let Some(ellipsoid) = self.scene.tumour_within else { return };
-        let spots = silhouette(ellipsoid, plane);
-        let next = spots.iter().cycle().skip(1);
-        let segments: Vec<[Spot; 2]> = spots.iter().zip(next).map(|(a, b)| [*a, *b]).collect();
-        canvas.stroke_on_halo(&segments, Pen::new(1.5, colour::TEXT));
+        let centre = plane.spot(&Point::from(ellipsoid.centre_mm));
+        canvas.ellipse(centre, silhouette(ellipsoid, plane), Pen::new(1.5, palette::TEXT));
     }
 
     /// The tumour on the operating table, as a sphere of the same radius.
     fn mark_after(&self, canvas: &mut Canvas, plane: &Plane) {
         if let (Some(tumour), Some(centre)) = (self.scene.tumour, self.scene.tumour_after) {
-            ring(canvas, plane, &centre, tumour.radius(), 0, colour::AFTER);
+            ring(canvas, plane, &centre, tumour.radius(), 0, palette::AFTER);
         }
     }
 }
 
 /// The outline of an ellipsoid seen along a view's axis: the ellipse whose matrix is the sum of the
-/// outer products of the semi-axes' projections.
-fn silhouette(ellipsoid: &Ellipsoid, plane: &Plane) -> Vec<Spot> {
-    const CORNERS: usize = 72;
-    let [x, y] = plane.spot(&Point::from(ellipsoid.centre_mm));
+/// outer products of the semi-axes' projections. What takes a circle of radius 1 to it.
+fn silhouette(ellipsoid: &Ellipsoid, plane: &Plane) -> [Spot; 2] {
     let axes = ellipsoid.semi_axes_mm.map(|axis| plane.along(&Vector::from(axis)));
     let sum = |i: usize, j: usize| axes.iter().map(|a| a[i] * a[j]).sum::<f64>();
-    // The Cholesky factor takes a circle to the ellipse.
+    // The Cholesky factor, column by column.
     let a = sum(0, 0).max(1e-12).sqrt();
     let b = sum(0, 1) / a;
-    let c = (sum(1, 1) - b * b).max(0.0).sqrt();
-    let at = |n: usize| {
-        let (sin, cos) = (std::f64::consts::TAU * n as f64 / CORNERS as f64).sin_cos();
-        [x + a * cos, y + b * cos + c * sin]
-    };
-    (0..CORNERS).map(at).collect()
+    [[a, b], [0.0, (sum(1, 1) - b * b).max(0.0).sqrt()]]
 }
 
 /// The chest wall is uncertain where it may be wrong by more than this, mm.
@@ -285,7 +277,7 @@ fn ring(canvas: &mut Canvas, plane: &Plane, at: &Point, radius: f64, dashes: usi
 fn paint(plane: &Plane, samples: &[f32], light: f64) -> Canvas {
     let mut canvas = Canvas::new(plane.width, plane.height);
     for (n, hu) in samples.iter().enumerate() {
-        let rgb = if hu.is_nan() { colour::NOTHING } else { colour::grey(*hu) };
+        let rgb = if hu.is_nan() { palette::NOTHING } else { palette::grey(*hu) };
         canvas.mix(n, rgb, if hu.is_nan() { 1.0 } else { light });
     }
     canvas
@@ -297,8 +289,8 @@ fn dress(canvas: &mut Canvas, plane: &Plane, what: &str) {
     let w = plane.width as f64;
     let small = 0.8 * LETTER;
     let title = format!("{} {}", plane.view.name(), plane.position());
-    canvas.text(&title, [EDGE, EDGE + small], Align::Left, small, colour::TEXT);
-    canvas.text(what, [w - EDGE, EDGE + small], Align::Right, small, colour::TEXT);
+    canvas.text(&title, [EDGE, EDGE + small], Align::Left, small, palette::TEXT);
+    canvas.text(what, [w - EDGE, EDGE + small], Align::Right, small, palette::TEXT);
     scale_bar(canvas, plane.pixel_mm);
 }
 
@@ -306,10 +298,10 @@ fn dress(canvas: &mut Canvas, plane: &Plane, what: &str) {
 fn letter(canvas: &mut Canvas, [left, right, top, bottom]: [&str; 4]) {
     let (w, h) = (canvas.width() as f64, canvas.height() as f64);
     let middle = (h + LETTER) / 2.0;
-    canvas.text(left, [EDGE, middle], Align::Left, LETTER, colour::TEXT);
-    canvas.text(right, [w - EDGE, middle], Align::Right, LETTER, colour::TEXT);
-    canvas.text(top, [w / 2.0, EDGE + LETTER], Align::Centre, LETTER, colour::TEXT);
-    canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, colour::TEXT);
+    canvas.text(left, [EDGE, middle], Align::Left, LETTER, palette::TEXT);
+    canvas.text(right, [w - EDGE, middle], Align::Right, LETTER, palette::TEXT);
+    canvas.text(top, [w / 2.0, EDGE + LETTER], Align::Centre, LETTER, palette::TEXT);
+    canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, palette::TEXT);
 }
 
 /// A bar at the lower right: 50 mm, or 20 mm where that would reach the middle.
@@ -319,15 +311,15 @@ fn scale_bar(canvas: &mut Canvas, pixel_mm: f64) {
     let length = mm / pixel_mm;
     let (left, right, y) = (w - EDGE - length, w - EDGE, h - EDGE - 4.0);
     let corner = [(left - 8.0).max(0.0) as usize, (y - 28.0).max(0.0) as usize];
-    canvas.rectangle(corner, [length as usize + 12, 37], colour::PANEL, PANEL);
+    canvas.rectangle(corner, [length as usize + 12, 37], palette::PANEL, PANEL);
     let lines = [
         [[left, y], [right, y]],
         [[left, y - 4.0], [left, y + 4.0]],
         [[right, y - 4.0], [right, y + 4.0]],
     ];
-    canvas.stroke_on_halo(&lines, Pen::new(1.8, colour::TEXT));
+    canvas.stroke_on_halo(&lines, Pen::new(1.8, palette::TEXT));
     let spot = [(left + right) / 2.0, y - 9.0];
-    canvas.text(&format!("{mm:.0} mm"), spot, Align::Centre, 0.8 * LETTER, colour::TEXT);
+    canvas.text(&format!("{mm:.0} mm"), spot, Align::Centre, 0.8 * LETTER, palette::TEXT);
 }
 
 /// A colour bar at the lower left.
@@ -353,7 +345,7 @@ impl Legend<'_> {
         let width = (BAR + 24).max(text_width(self.title, small) as usize + 24);
         let height = 50 + above;
         let (left, top) = (5, canvas.height() - height - 5);
-        canvas.rectangle([left, top], [width, height], colour::PANEL, PANEL);
+        canvas.rectangle([left, top], [width, height], palette::PANEL, PANEL);
         let (x, y) = (left + 12, top + above + 18);
         for n in 0..BAR {
             let rgb = (self.colour)(n as f64 / (BAR - 1) as f64);
@@ -364,10 +356,10 @@ impl Legend<'_> {
             let at = x as f64 + (BAR * n) as f64 / 2.0;
             let half = text_width(label, small) / 2.0;
             let at = at.max(left as f64 + 5.0 + half);
-            canvas.text(label, [at, base], Align::Centre, small, colour::TEXT);
+            canvas.text(label, [at, base], Align::Centre, small, palette::TEXT);
         }
         let spot = [x as f64, (y - 6) as f64];
-        canvas.text(self.title, spot, Align::Left, small, colour::TEXT);
+        canvas.text(self.title, spot, Align::Left, small, palette::TEXT);
         [x as f64, top as f64 + above as f64 / 2.0]
     }
 }

@@ -1,10 +1,10 @@
 //! How the tissue moves: displacement with arrows.
 
 use super::moving::Motion;
-use super::{Legend, Part, Picture, Row, Studio, dress, paint, round_up};
+use super::{Legend, Picture, Row, Studio, dress, paint, round_up};
 use crate::canvas::{Canvas, Pen};
 use crate::lettering::Align;
-use crate::{colour, words};
+use crate::{palette, words};
 use supine_space::Plane;
 
 /// Distance of arrows, pixels.
@@ -43,7 +43,7 @@ pub(super) fn displacement(studio: &Studio<'_>, planes: &[Motion]) -> Row {
         let mut canvas = paint(plane, &motion.ground, 0.8);
         for (n, u) in motion.moves.iter().enumerate() {
             if let Some(u) = u {
-                let rgb = colour::on_scale(&colour::RISING, u.norm() / scale.full_mm);
+                let rgb = palette::on_scale(&palette::RISING, u.norm() / scale.full_mm);
                 canvas.mix(n, rgb, VEIL);
             }
         }
@@ -64,10 +64,8 @@ pub(super) fn displacement(studio: &Studio<'_>, planes: &[Motion]) -> Row {
              space; arrows: the part within the plane, drawn {} times as long.",
             words::trimmed(scale.enlarged)
         ),
-        pair: false,
-        part: Part::Still,
         pictures: planes.iter().map(draw).collect(),
-        table: None,
+        ..Row::default()
     }
 }
 
@@ -80,23 +78,23 @@ fn arrows(canvas: &mut Canvas, motion: &Motion, scale: &Scale) {
             if dx.hypot(dy) > 2.0 {
                 let from = [x as f64, y as f64];
                 let to = [from[0] + dx, from[1] + dy];
-                canvas.arrow(from, to, Pen::new(1.6, [255, 255, 255]));
+                canvas.arrow(from, to, Pen::new(1.6, palette::WHITE));
             }
         }
     }
 }
 
 fn key(canvas: &mut Canvas, plane: &Plane, scale: &Scale) {
-    let colour = |share| colour::on_scale(&colour::RISING, share);
+    let colour = |share| palette::on_scale(&palette::RISING, share);
     let half = words::trimmed(scale.full_mm / 2.0);
     let ticks = ["0".into(), half, words::trimmed(scale.full_mm)];
     let [x, y] = Legend { colour: &colour, ticks, title: "length, mm" }.draw(canvas, 24);
     let y = y + 3.0;
     let length = scale.key_mm * scale.enlarged / plane.pixel_mm;
-    canvas.arrow([x, y], [x + length, y], Pen::new(1.6, [255, 255, 255]));
+    canvas.arrow([x, y], [x + length, y], Pen::new(1.6, palette::WHITE));
     let label = format!("{} mm", words::trimmed(scale.key_mm));
     let spot = [x + length + 8.0, y + 5.0];
-    canvas.text(&label, spot, Align::Left, 0.75 * super::LETTER, colour::TEXT);
+    canvas.text(&label, spot, Align::Left, 0.75 * super::LETTER, palette::TEXT);
 }
 
 #[cfg(test)]

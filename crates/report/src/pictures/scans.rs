@@ -1,11 +1,11 @@
 //! Scans on the model, coloured by distance, and how well each modulus fits.
 
-use super::{EDGE, LETTER, Legend, Part, Picture, Row, Studio, letter, scale_bar};
+use super::{EDGE, LETTER, Legend, Picture, Row, Studio, letter, scale_bar};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::lettering::Align;
 use crate::tables::Table;
-use crate::{Error, Evaluation, SkinDistances, StateFit, TissueFit, colour, words};
+use crate::{Error, Evaluation, SkinDistances, StateFit, TissueFit, palette, words};
 use supine_mesh::{ScanDistances, SurfaceDistances};
 use supine_space::{Point, Progress, Vector};
 
@@ -17,8 +17,6 @@ const AROUND: f64 = 1.35;
 const FULL_MM: f64 = 3.0;
 /// Radius of a point of a scan, mm: points lie 2.5 mm apart.
 const DOT_MM: f64 = 2.6;
-/// Points that belong to no surface.
-const UNKNOWN: Rgb = [92, 96, 106];
 
 /// The scan of the sitting patient before and after the fit, and the fit itself.
 pub(super) fn sitting(
@@ -63,7 +61,7 @@ pub(super) fn intraop(
 }
 
 fn row(title: &str, text: String, pictures: Vec<Picture>, table: Option<Table>) -> Row {
-    Row { title: title.into(), text, pair: false, part: Part::Still, pictures, table }
+    Row { title: title.into(), text, pictures, table, ..Row::default() }
 }
 
 /// Distances from each surface.
@@ -98,9 +96,9 @@ fn views(
         let mut canvas = camera.dotted(dots(scan, surface), DOT_MM);
         letter(&mut canvas, camera.side.letters());
         let spot = [SIZE as f64 - EDGE, EDGE + 0.8 * LETTER];
-        canvas.text(words(&surface.name), spot, Align::Right, 0.8 * LETTER, colour::TEXT);
+        canvas.text(words(&surface.name), spot, Align::Right, 0.8 * LETTER, palette::TEXT);
         if let Some((near, radius_mm)) = near {
-            let pen = Pen::new(1.8, colour::TEXT);
+            let pen = Pen::new(1.8, palette::TEXT);
             canvas.circle(camera.spot(&near), radius_mm / pixel_mm, 0, pen);
         }
         let (low, high) = (format!("-{FULL_MM}"), format!("+{FULL_MM}"));
@@ -121,13 +119,14 @@ fn dots<'a>(
     scan: &'a ScanDistances,
     surface: &'a SurfaceDistances,
 ) -> impl Iterator<Item = (Point, Vector, Rgb)> + 'a {
-    let rgb = |mm: Option<f64>| mm.map_or(UNKNOWN, |mm| share_colour(0.5 + 0.5 * mm / FULL_MM));
+    let rgb =
+        |mm: Option<f64>| mm.map_or(palette::UNKNOWN, |mm| share_colour(0.5 + 0.5 * mm / FULL_MM));
     let places = scan.places.iter().zip(&scan.normals).zip(&surface.mm);
     places.map(move |((place, normal), mm)| (*place, *normal, rgb(*mm)))
 }
 
 fn share_colour(share: f64) -> Rgb {
-    colour::on_scale(&colour::DIVERGING, share)
+    palette::on_scale(&palette::DIVERGING, share)
 }
 
 /// Where the curve is drawn, pixels: left, right, upper and lower end.
@@ -138,7 +137,7 @@ const TICKS: [f64; 10] = [0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0];
 /// The objective over the modulus, with the modulus that was fitted and its interval.
 fn objective(fit: &TissueFit) -> Canvas {
     let mut canvas = Canvas::new(SIZE, SIZE);
-    canvas.rectangle([0, 0], [SIZE, SIZE], colour::NOTHING, 1.0);
+    canvas.rectangle([0, 0], [SIZE, SIZE], palette::NOTHING, 1.0);
     let steps = || fit.states.iter().flat_map(|state| &state.path);
     let moduli = steps().map(|step| step.young_kpa.ln());
     let ends = fit.states.iter().flat_map(|state| state.interval_kpa).map(f64::ln);
@@ -152,7 +151,7 @@ fn objective(fit: &TissueFit) -> Canvas {
     axes(&mut canvas, (&x, [low.exp(), high.exp()]), (&y, top));
     // The one that the run goes on with lies on top.
     for (n, state) in fit.states.iter().enumerate().rev() {
-        let rgb = if n == 0 { colour::AFTER } else { colour::BEFORE };
+        let rgb = if n == 0 { palette::AFTER } else { palette::BEFORE };
         curve(&mut canvas, state, (&x, &y), (rgb, if n == 0 { 0.4 } else { 0.15 }));
         let text = format!(
             "{}: {} kPa{}",
@@ -202,18 +201,18 @@ fn axes(
     let small = 0.75 * LETTER;
     for share in [0.0, 0.5, 1.0] {
         let at = y(share * top);
-        canvas.stroke(&[[[left, at], [right, at]]], Pen::new(1.0, colour::TEXT).alpha(0.25));
+        canvas.stroke(&[[[left, at], [right, at]]], Pen::new(1.0, palette::TEXT).alpha(0.25));
         let label = words::trimmed(share * top);
-        canvas.text(&label, [left - 8.0, at + 4.0], Align::Right, small, colour::TEXT);
+        canvas.text(&label, [left - 8.0, at + 4.0], Align::Right, small, palette::TEXT);
     }
     for kpa in TICKS.into_iter().filter(|kpa| (low..=high).contains(kpa)) {
         let at = x(kpa);
-        canvas.stroke(&[[[at, base], [at, base + 5.0]]], Pen::new(1.0, colour::TEXT));
+        canvas.stroke(&[[[at, base], [at, base + 5.0]]], Pen::new(1.0, palette::TEXT));
         let spot = [at, base + 10.0 + small];
-        canvas.text(&words::trimmed(kpa), spot, Align::Centre, small, colour::TEXT);
+        canvas.text(&words::trimmed(kpa), spot, Align::Centre, small, palette::TEXT);
     }
     let below = [0.5 * (left + right), base + 40.0];
-    canvas.text("modulus, kPa", below, Align::Centre, small, colour::TEXT);
+    canvas.text("modulus, kPa", below, Align::Centre, small, palette::TEXT);
     let above = [EDGE, upper - 14.0];
-    canvas.text("objective, square mm", above, Align::Left, small, colour::TEXT);
+    canvas.text("objective, square mm", above, Align::Left, small, palette::TEXT);
 }

@@ -1,10 +1,10 @@
 //! The mesh as a body, and the shapes of its tetrahedra.
 
 use super::bars::Bars;
-use super::{Legend, Part, Picture, Row, letter};
+use super::{Legend, Picture, Row, letter};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::{Error, Mesh, colour, tables};
+use crate::{Error, Mesh, palette, tables};
 use supine_mesh::{
     BoundaryTag, DIHEDRAL_CLASS_DEG, Edges, RADIUS_RATIO_CLASS, TetMesh, tet_quality,
 };
@@ -34,7 +34,7 @@ pub(super) fn body(mesh: &TetMesh, progress: Progress<'_>) -> Result<Row, Error>
         let faces = mesh
             .boundary()
             .iter()
-            .map(|f| (f.points.map(|p| mesh.points()[p as usize]), colour::tag(f.tag)));
+            .map(|f| (f.points.map(|p| mesh.points()[p as usize]), palette::tag(f.tag)));
         let mut canvas = camera.picture(faces);
         letter(&mut canvas, side.letters());
         let name = side.name();
@@ -48,10 +48,8 @@ pub(super) fn body(mesh: &TetMesh, progress: Progress<'_>) -> Result<Row, Error>
         title: "Shape of the mesh".into(),
         text: "Skin cyan, chest wall orange, cut violet; where two colours meet the rims must be smooth curves."
             .into(),
-        pair: false,
-        part: Part::Still,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 
@@ -74,15 +72,15 @@ pub(super) fn quality(
         let plane = Plane::new(view, focus, [centre - half, centre + half], pixel);
         let mut canvas = Canvas::new(plane.width, plane.height);
         for (n, tet) in below(mesh, &plane).into_iter().enumerate() {
-            let rgb = tet.map_or(colour::NOTHING, |(t, _)| by_angle(angles[t]));
+            let rgb = tet.map_or(palette::NOTHING, |(t, _)| by_angle(angles[t]));
             canvas.mix(n, rgb, 1.0);
         }
         let cuts = faces.cut(&edges, None, &plane);
         let lines: Vec<_> = cuts.iter().map(|c| c.segment).collect();
-        canvas.stroke(&lines, Pen::new(0.9, [0; 3]).alpha(0.6));
+        canvas.stroke(&lines, Pen::new(0.9, palette::BLACK).alpha(0.6));
         for tag in BoundaryTag::ALL {
             let own = cuts.iter().filter(|c| c.tag == Some(tag)).map(|c| c.segment);
-            canvas.stroke_on_halo(&own.collect::<Vec<_>>(), Pen::new(1.8, colour::tag(tag)));
+            canvas.stroke_on_halo(&own.collect::<Vec<_>>(), Pen::new(1.8, palette::tag(tag)));
         }
         super::dress(&mut canvas, &plane, "");
         legend(&mut canvas);
@@ -100,15 +98,13 @@ pub(super) fn quality(
         canvas: histograms(facts),
     });
     Ok(Row {
-        title: String::new(),
         text: format!(
             "Shapes of the tetrahedra: the regular one has angles of 70.5 degrees and a radius ratio of 1. Red: \
              below {POOR_DEG} degrees, where the mechanics lose accuracy."
         ),
-        pair: false,
-        part: Part::Still,
         pictures,
         table: Some(tables::worst(facts)),
+        ..Row::default()
     })
 }
 
@@ -120,17 +116,17 @@ fn extent(mesh: &TetMesh) -> (Point, f64) {
 
 fn by_angle(angle: f64) -> Rgb {
     if angle < POOR_DEG {
-        return colour::CHEST_WALL;
+        return palette::CHEST_WALL;
     }
     let [low, high] = SCALE_DEG;
-    colour::on_scale(&colour::RISING, (angle - low) / (high - low))
+    palette::on_scale(&palette::RISING, (angle - low) / (high - low))
 }
 
 fn legend(canvas: &mut Canvas) {
     let [low, high] = SCALE_DEG;
     let middle = 0.5 * (low + high);
     let legend = Legend {
-        colour: &|share| colour::on_scale(&colour::RISING, share),
+        colour: &|share| palette::on_scale(&palette::RISING, share),
         ticks: [low, middle, high].map(|t| format!("{t:.0}°")),
         title: "smallest dihedral angle",
     };
@@ -140,12 +136,12 @@ fn legend(canvas: &mut Canvas) {
 /// Both histograms, one above the other.
 fn histograms(facts: &Mesh) -> Canvas {
     let mut canvas = Canvas::new(SIZE, SIZE);
-    canvas.rectangle([0, 0], [SIZE, SIZE], colour::NOTHING, 1.0);
+    canvas.rectangle([0, 0], [SIZE, SIZE], palette::NOTHING, 1.0);
     let angle = |n: usize| format!("{:.0}°", n as f64 * DIHEDRAL_CLASS_DEG);
     let ratio = |n: usize| format!("{:.1}", n as f64 * RADIUS_RATIO_CLASS);
     let half = SIZE / 2;
     let amounts = |counts: &[usize]| counts.iter().map(|n| *n as f64).collect();
-    let colour = |_| colour::SKIN;
+    let colour = |_| palette::SKIN;
     let amounts_of = amounts(&facts.dihedral_angles);
     let angles = Bars { amounts: amounts_of, every: 6, tick: &angle, colour: &colour };
     angles.draw(&mut canvas, 0, half, "dihedral angles, share of all");

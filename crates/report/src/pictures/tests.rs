@@ -179,7 +179,7 @@ fn the_uncertain_half_of_the_chest_wall_is_striped_and_dashed() {
         let canvas = find(&pictures, name);
         let white = |from: usize, to: usize| {
             let on =
-                |x: usize| rows.clone().filter(|&y| canvas.at(x, y) == colour::UNCERTAIN).count();
+                |x: usize| rows.clone().filter(|&y| canvas.at(x, y) == palette::UNCERTAIN).count();
             (from..to).map(on).sum::<usize>()
         };
         let middle = canvas.width() / 2;

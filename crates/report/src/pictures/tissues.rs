@@ -1,11 +1,11 @@
 //! Fat, gland and other tissues, in colour on the CT.
 
-use super::{LETTER, Part, Picture, Row, Studio, dress, paint};
+use super::{LETTER, Picture, Row, Studio, dress, paint};
 use crate::canvas::Canvas;
 use crate::lettering::Align;
 use crate::summary::Tissues;
 use crate::words::fixed;
-use crate::{Error, colour, tables};
+use crate::{Error, palette, tables};
 use supine_space::Plane;
 use supine_space::Progress;
 use supine_volume::{LabelMap, label};
@@ -40,10 +40,9 @@ pub(super) fn row(
     Ok(Row {
         title: "Tissues".into(),
         text: sentence(tissues),
-        pair: false,
-        part: Part::Still,
         pictures,
         table: Some(tables::tissues(tissues)),
+        ..Row::default()
     })
 }
 
@@ -70,12 +69,12 @@ fn key(canvas: &mut Canvas, seen: &[bool; 256]) {
     let lines = shown.len().div_ceil(COLUMNS);
     let (width, height) = (90 * COLUMNS + 6, 18 * lines + 6);
     let top = canvas.height().saturating_sub(height + 5);
-    canvas.rectangle([5, top], [width, height], colour::PANEL, super::PANEL);
+    canvas.rectangle([5, top], [width, height], palette::PANEL, super::PANEL);
     for (n, (_, name, rgb)) in shown.into_iter().enumerate() {
         let (x, y) = (12 + 90 * (n / lines.max(1)), top + 6 + 18 * (n % lines.max(1)));
         canvas.rectangle([x, y], [14, 11], *rgb, 1.0);
         let spot = [(x + 20) as f64, (y + 10) as f64];
-        canvas.text(name, spot, Align::Left, small, colour::TEXT);
+        canvas.text(name, spot, Align::Left, small, palette::TEXT);
     }
 }
 

@@ -2,12 +2,11 @@
 
 use super::{LETTER, Part, Picture, Row, Studio, dress};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
-use crate::lettering::Align;
+use crate::lettering::{Align, text_width};
 use crate::summary::WallUncertainty;
 use crate::words::fixed;
-use crate::{Error, Scene, colour};
+use crate::{Error, Scene, palette};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
 use supine_volume::contour;
@@ -35,9 +34,9 @@ pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, w
     };
     let (uncertain, sure): (Vec<[Spot; 2]>, Vec<[Spot; 2]>) =
         lines.into_iter().partition(uncertain);
-    canvas.stroke_on_halo(&sure, Pen::new(1.5, colour::CHEST_WALL));
-    canvas.stroke(&uncertain, Pen::new(5.6, [0; 3]));
-    canvas.stroke(&dashes(&uncertain), Pen::new(3.0, colour::UNCERTAIN));
+    canvas.stroke_on_halo(&sure, Pen::new(1.5, palette::CHEST_WALL));
+    canvas.stroke(&uncertain, Pen::new(5.6, palette::BLACK));
+    canvas.stroke(&uncertain, Pen::new(3.0, palette::UNCERTAIN).dashed(DASH));
 }
 
 /// Whether the boundary at a point (LPS, mm) may be wrong by more than the limit: the worst of the
@@ -48,34 +47,6 @@ pub(crate) fn is_uncertain(scene: &Scene<'_>, limit_mm: f64, p: &Point) -> bool 
     let at =
         |c: usize| [0, 1, 2].map(|a| (index[a].max(0.0) as usize + (c >> a & 1)).min(size[a] - 1));
     (0..8).any(|c| f64::from(map.at(at(c))) > 10.0 * limit_mm)
-}
-
-/// Every other piece of the chains that the segments form.
-fn dashes(segments: &[[Spot; 2]]) -> Vec<[Spot; 2]> {
-    let key = |s: Spot| s.map(|c| (c * 256.0).round() as i64);
-    let mut ends: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-    for (n, segment) in segments.iter().enumerate() {
-        segment.iter().for_each(|&s| ends.entry(key(s)).or_default().push(n));
-    }
-    // Open chains first, from their ends; what is left are rings.
-    let open = ends.iter().filter(|(_, at)| at.len() == 1).map(|(&k, at)| (at[0], k));
-    let rings = (0..segments.len()).map(|n| (n, key(segments[n][0])));
-    let mut drawn = vec![false; segments.len()];
-    let mut out = Vec::new();
-    for (first, start) in open.chain(rings).collect::<Vec<_>>() {
-        let (mut next, mut from, mut length) = (Some(first).filter(|&n| !drawn[n]), start, 0.0);
-        while let Some(n) = next {
-            drawn[n] = true;
-            let [a, b] = segments[n];
-            if ((length / DASH) as usize).is_multiple_of(2) {
-                out.push([a, b]);
-            }
-            length += (a[0] - b[0]).hypot(a[1] - b[1]);
-            from = if key(a) == from { key(b) } else { key(a) };
-            next = ends[&from].iter().copied().find(|&m| !drawn[m]);
-        }
-    }
-    out
 }
 
 /// The chest wall from the front and from the side of the breast, with its uncertain places.
@@ -92,15 +63,13 @@ pub(super) fn row(
         progress.at(n as f64 / 2.0)?;
         let plane = studio.plane(view, &studio.scene.sphere.centre());
         let mut canvas = relief(studio, &plane, wall);
-        let (centre, radius) = (studio.scene.sphere.centre(), studio.scene.sphere.radius());
-        let pen = Pen::new(1.0, colour::REGION).alpha(0.55);
-        canvas.circle(plane.spot(&centre), radius / plane.pixel_mm, 48, pen);
+        studio.outline_region(&mut canvas, &plane);
         if let Some(tumour) = studio.scene.tumour {
             let (at, radius) = (plane.spot(&tumour.centre()), tumour.radius() / plane.pixel_mm);
-            canvas.circle(at, radius, 0, Pen::new(1.8, colour::BEFORE));
+            canvas.circle(at, radius, 0, Pen::new(1.8, palette::BEFORE));
         }
         if let Some(nipple) = studio.scene.nipple {
-            canvas.cross(plane.spot(&nipple), 9.0, Pen::new(1.8, colour::BEFORE));
+            canvas.cross(plane.spot(&nipple), 9.0, Pen::new(1.8, palette::BEFORE));
         }
         dress(&mut canvas, &plane, "");
         key(&mut canvas, studio.uncertain_mm);
@@ -113,10 +82,9 @@ pub(super) fn row(
     Ok(Row {
         title: "How sure the chest wall is".into(),
         text: sentence(uncertainty),
-        pair: false,
         part: Part::Uncertain,
         pictures,
-        table: None,
+        ..Row::default()
     })
 }
 
@@ -157,16 +125,15 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
     let mut canvas = Canvas::new(plane.width, plane.height);
     for (n, point) in points.iter().enumerate() {
         let Some(p) = point else {
-            canvas.mix(n, colour::NOTHING, 1.0);
+            canvas.mix(n, palette::NOTHING, 1.0);
             continue;
         };
         let inside = scene.sphere.contains(p);
         let light = lambert(&points, plane, n) * if inside { 1.0 } else { DIM };
-        let stripe = striped(n % plane.width, n / plane.width);
-        let rgb = match (inside && is_uncertain(scene, studio.uncertain_mm, p), stripe) {
-            (true, true) => colour::UNCERTAIN,
-            (true, false) => [0; 3],
-            _ => colour::CHEST_WALL.map(|c| (f64::from(c) * light) as u8),
+        let rgb = if inside && is_uncertain(scene, studio.uncertain_mm, p) {
+            striped(n % plane.width, n / plane.width)
+        } else {
+            palette::CHEST_WALL.map(|c| (f64::from(c) * light) as u8)
         };
         canvas.mix(n, rgb, 1.0);
     }
@@ -207,9 +174,9 @@ fn crossed([low, high]: [[usize; 3]; 2], start: Vector, step: Vector) -> (f64, f
     (enters, leaves)
 }
 
-/// Whether a pixel lies on a light stripe.
-fn striped(x: usize, y: usize) -> bool {
-    ((x + y) / STRIPE).is_multiple_of(2)
+/// A pixel of the stripes on uncertain places.
+fn striped(x: usize, y: usize) -> Rgb {
+    [palette::UNCERTAIN, palette::BLACK][(x + y) / STRIPE % 2]
 }
 
 /// Brightness of a surface lit from the eye and from above, 0..=1.
@@ -231,22 +198,18 @@ fn lambert(points: &[Option<Point>], plane: &Plane, n: usize) -> f64 {
 fn key(canvas: &mut Canvas, uncertain_mm: f64) {
     let small = 0.8 * LETTER;
     let top = canvas.height() - 52;
-    canvas.rectangle([5, top], [190, 47], colour::PANEL, super::PANEL);
     let lines = [("sure".to_string(), false), (format!("may be off > {uncertain_mm:.1} mm"), true)];
+    let width = 48 + text_width(&lines[1].0, small) as usize;
+    canvas.rectangle([5, top], [width, 47], palette::PANEL, super::PANEL);
     for (row, (text, uncertain)) in lines.into_iter().enumerate() {
         let y = top + 6 + 20 * row;
         for x in 0..24 {
             for dy in 0..14 {
-                let light = striped(x, dy);
-                let rgb: Rgb = match (uncertain, light) {
-                    (true, true) => colour::UNCERTAIN,
-                    (true, false) => [0; 3],
-                    _ => colour::CHEST_WALL,
-                };
+                let rgb = if uncertain { striped(x, dy) } else { palette::CHEST_WALL };
                 canvas.rectangle([12 + x, y + dy], [1, 1], rgb, 1.0);
             }
         }
-        canvas.text(&text, [44.0, (y + 12) as f64], Align::Left, small, colour::TEXT);
+        canvas.text(&text, [44.0, (y + 12) as f64], Align::Left, small, palette::TEXT);
     }
 }
 
@@ -271,27 +234,4 @@ pub(crate) fn sentence(uncertainty: &WallUncertainty) -> String {
         patch.place,
         fixed(patch.error_mm, 0),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_ring_and_a_line_are_half_drawn_whatever_the_order_of_their_segments() {
-        let at = |n: usize| {
-            let a = n as f64 / 100.0 * std::f64::consts::TAU;
-            [200.0 + 80.0 * a.cos(), 200.0 + 80.0 * a.sin()]
-        };
-        let mut segments: Vec<[Spot; 2]> =
-            (0..100).map(|n| (n * 37) % 100).map(|n| [at(n), at(n + 1)]).collect();
-        segments.extend((0..60).map(|n| (n * 23) % 60).map(|n| {
-            let x = n as f64 * 4.0;
-            if n % 2 == 0 { [[x, 5.0], [x + 4.0, 5.0]] } else { [[x + 4.0, 5.0], [x, 5.0]] }
-        }));
-        let length =
-            |s: &[[Spot; 2]]| s.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).sum::<f64>();
-        let share = length(&dashes(&segments)) / length(&segments);
-        assert!((0.42..0.62).contains(&share), "{share}");
-    }
 }

@@ -8,11 +8,11 @@ mod sheet;
 mod slices;
 mod surface;
 
-use crate::canvas::Rgb;
-use crate::{Ellipsoid, Error, Scene, colour};
+use crate::{Ellipsoid, Error, Scene, palette};
 use serde::Serialize;
 use sheet::Sheet;
 use slices::Lattice;
+use std::collections::BTreeMap;
 use supine_record::SphereRecord;
 use supine_space::{Point, Progress, View};
 use surface::Surface;
@@ -34,7 +34,7 @@ struct Data<'a> {
     uncertain: u8,
     surface: Surface,
     views: Vec<Seen>,
-    colours: Colours,
+    colours: BTreeMap<&'static str, String>,
     /// What the planes go through at first.
     focus_mm: [f64; 3],
     region: SphereRecord,
@@ -63,19 +63,6 @@ struct Seen {
     right: [f64; 3],
     down: [f64; 3],
     letters: [&'static str; 4],
-}
-
-#[derive(Serialize)]
-struct Colours {
-    before: String,
-    after: String,
-    skin: String,
-    wall: String,
-    uncertain: String,
-    cut: String,
-    region: String,
-    text: String,
-    nothing: String,
 }
 
 /// The viewer's data as JSON that may stand in a page's `<script>`; the chest wall is uncertain
@@ -149,19 +136,10 @@ fn seen(view: View) -> Seen {
     }
 }
 
-fn colours() -> Colours {
-    let css = |[r, g, b]: Rgb| format!("#{r:02x}{g:02x}{b:02x}");
-    Colours {
-        before: css(colour::BEFORE),
-        after: css(colour::AFTER),
-        skin: css(colour::SKIN),
-        wall: css(colour::CHEST_WALL),
-        uncertain: css(colour::UNCERTAIN),
-        cut: css(colour::CUT),
-        region: css(colour::REGION),
-        text: css(colour::TEXT),
-        nothing: css(colour::NOTHING),
-    }
+/// The palette's colours on slices, and the halo below lines.
+fn colours() -> BTreeMap<&'static str, String> {
+    let named = palette::ON_SLICES.map(|(name, rgb)| (name, palette::hex(rgb)));
+    named.into_iter().chain([("halo", palette::halo())]).collect()
 }
 
 #[cfg(test)]
@@ -178,7 +156,7 @@ mod tests {
         assert!(one == json());
         assert!(one.len() < 200_000, "{}", one.len());
         let read: serde_json::Value = serde_json::from_str(&one).unwrap();
-        assert_eq!(read["colours"]["cut"], "#6e6eff");
+        assert_eq!(read["colours"]["cut"], palette::hex(palette::CUT));
         assert_eq!(read["views"][0]["letters"], serde_json::json!(["R", "L", "A", "P"]));
     }
 

@@ -2,7 +2,7 @@
 //! the head.
 
 use crate::pictures::uncertainty::is_uncertain;
-use crate::{Scene, colour};
+use crate::{Scene, palette};
 use rayon::prelude::*;
 use supine_space::{Plane, Point, Progress, Stopped, Vector, View};
 use supine_volume::{Volume, label, sample_plane};
@@ -68,7 +68,7 @@ impl Lattice {
         ct: &Volume<i16>,
         progress: Progress<'_>,
     ) -> Result<Vec<u8>, Stopped> {
-        let grey = |hu: f32| if hu.is_nan() { 0 } else { colour::grey(hu)[0] };
+        let grey = |hu: f32| if hu.is_nan() { 0 } else { palette::grey(hu)[0] };
         self.slices(progress, |plane| sample_plane(ct, plane).into_iter().map(grey).collect())
     }
 
@@ -139,7 +139,7 @@ mod tests {
         let bytes = lattice.grey(&phantom.ct, Progress::none()).unwrap();
         assert_eq!(bytes.len(), lattice.size.pow(3));
         let at = |p: [f64; 3]| bytes[voxel(&lattice, p)];
-        let grey = |hu: f32| colour::grey(hu)[0];
+        let grey = |hu: f32| palette::grey(hu)[0];
         assert_eq!(
             [at([0.0; 3]), at(MARKER), at([0.0, -50.0, 0.0])],
             [0.0, 1000.0, -1000.0].map(grey)

@@ -1,6 +1,6 @@
 // What is drawn on a pane.
 function strokePath(colour, width, dashes, trace) {
-  for (const [style, wide] of [["rgba(0, 0, 0, 0.6)", width + 2], [colour, width]]) {
+  for (const [style, wide] of [[colours.halo, width + 2], [colour, width]]) {
     pen.strokeStyle = style;
     pen.lineWidth = wide;
     pen.setLineDash(dashes);
@@ -145,7 +145,7 @@ function drawCrosshair(pane) {
 function write(text, x, y, align) {
   pen.textAlign = align;
   pen.lineWidth = 3;
-  pen.strokeStyle = "#000";
+  pen.strokeStyle = colours.halo;
   pen.fillStyle = colours.text;
   pen.strokeText(text, x, y);
   pen.fillText(text, x, y);
