@@ -62,6 +62,7 @@ pub use status::{
     Denial, advice, advice_of, case_name, denial, run_told, stopped_at_once, verdict_lines,
     write_status, write_text,
 };
+pub use supine_report::palette;
 pub use supine_report::{
     DoseVolumeHistogram, Ended, PatientIdentity, Reason, RunError, RunStatus, SphereRecord,
     Summary, UncertainPatch, Warning, directions, headline, held, moves, too_wide,

@@ -1,4 +1,4 @@
-//! The licences of all crates that the programs hold, as their authors wrote them.
+//! The licences of all crates and fonts that the programs hold, as their authors wrote them.
 //!
 //! Taken from the sources that cargo has: cargo-about does the same with more care for headers of
 //! single files, but searches each for many minutes. Which licences are allowed, deny.toml decides
@@ -55,6 +55,8 @@ pub(super) fn write(release: &Release<'_>, file: &Path) -> Result<()> {
         writeln!(out, "{}\n", without.join("\n"))?;
     }
     writeln!(out, "{line}\n{}", std::fs::read_to_string(forms.join("musl.txt"))?)?;
+    let of_fonts = release.house.root.join("crates/report/fonts/LICENSE");
+    writeln!(out, "{line}\nDejaVu fonts\n{}", std::fs::read_to_string(of_fonts)?)?;
     println!("{} texts of licences; without a text: {}", sorted.len(), without.len());
     std::fs::write(file, out)?;
     Ok(())

@@ -33,7 +33,7 @@ pub(crate) struct Drawn {
 
 impl Node for Pictures {
     const ID: NodeId = NodeId::Pictures;
-    const METHOD: u32 = 7;
+    const METHOD: u32 = 8;
     const KEPT: bool = false;
     type NodeInputs = NodeInputs;
     type Parents =

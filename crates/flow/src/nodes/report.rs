@@ -37,7 +37,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 16;
+    const METHOD: u32 = 17;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;

@@ -19,7 +19,7 @@ pub(crate) struct NodeInputs {
 
 impl Node for ReportObject {
     const ID: NodeId = NodeId::ReportObject;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;

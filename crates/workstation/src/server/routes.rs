@@ -311,3 +311,30 @@ async fn file(request: Request) -> Response {
         None => refused(StatusCode::NOT_FOUND, "there is no such page"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::PAGE;
+    use supine_flow::palette;
+
+    /// A structure has one colour in the report and on the page.
+    #[test]
+    fn what_the_report_shows_too_has_its_colours() {
+        let text = |path: &str| PAGE.get_file(path).and_then(|f| f.contents_utf8()).unwrap();
+        let (pen, style) = (text("js/views/pen.js"), text("style.css"));
+        for (name, rgb) in [
+            ("wall", palette::CHEST_WALL),
+            ("skin", palette::SKIN),
+            ("region", palette::REGION),
+            ("tumour", palette::BEFORE),
+            ("simulated", palette::AFTER),
+            ("uncertain", palette::UNCERTAIN),
+        ] {
+            let line = format!("{name}: \"{}\"", palette::hex(rgb));
+            assert!(pen.contains(&line), "views/pen.js has another colour than {line}");
+        }
+        for rgb in [palette::CHEST_WALL, palette::SKIN] {
+            assert!(style.contains(&palette::hex(rgb)), "{}", palette::hex(rgb));
+        }
+    }
+}
