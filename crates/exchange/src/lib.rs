@@ -23,6 +23,22 @@
 //! | CSV of a scan's distances | [`read_scan_distances`] | [`write_scan_distances`] |
 //! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `structure,contour,x,y,z` | [`read_contours`] | [`write_contours`] |
+//!
+//! # Example
+//!
+//! ```
+//! use supine_exchange::{NamedPoint, read_points, write_points};
+//! use supine_space::Point;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("points.mrk.json");
+//! let clip = NamedPoint { name: "clip".into(), position: Point::new(91.4, -248.1, -594.5) };
+//! write_points(&[clip], &path)?;
+//! assert_eq!(read_points(&path)?[0].name, "clip");
+//! # Ok(())
+//! # }
+//! ```
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 

@@ -12,6 +12,33 @@
 //!
 //! [`solve`] is the entry. It converges or returns an [`Error`]; it never accepts a state in which
 //! an element is turned inside out.
+//!
+//! # Example
+//!
+//! A corner of tissue that hangs from the chest wall when the patient sits up.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use supine_fem::{Body, Load, Params, Tissue, solve};
+//! use supine_mesh::{BoundaryFace, BoundaryTag, TET_FACES, TetMesh};
+//! use supine_space::{Point, Progress, sitting, supine};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let corners = [[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]];
+//! let tags = [BoundaryTag::Skin, BoundaryTag::Skin, BoundaryTag::Skin, BoundaryTag::ChestWall];
+//! let face = |(points, tag): (&[usize; 3], _)| BoundaryFace { points: points.map(|p| p as u32), tag };
+//! let boundary = TET_FACES.iter().zip(tags).map(face).collect();
+//! let mesh = TetMesh::new(corners.map(Point::from).to_vec(), vec![[0, 1, 2, 3]], boundary)?;
+//!
+//! let tissue = Tissue { young_kpa: 0.6, poisson: 0.45, density_kg_m3: 1000.0 };
+//! let load = Load { ct: supine(), target: sitting() };
+//! let body = Body::new(Arc::new(mesh), tissue);
+//! let (deformation, _) = solve(&body, &load, &Params::default(), Progress::none())?;
+//! let tip = deformation.displacement().values()[3];
+//! assert!(tip.z < 0.0, "towards the feet, mm: {tip}");
+//! # Ok(())
+//! # }
+//! ```
 
 mod analysis;
 mod applicator;

@@ -1,6 +1,24 @@
 //! Tetrahedral meshes with tagged boundary, displacements at any point, quality and point location.
 //!
 //! Knows no voxels, no material and no file.
+//!
+//! # Example
+//!
+//! ```
+//! use supine_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};
+//! use supine_space::Point;
+//!
+//! # fn main() -> Result<(), MeshError> {
+//! let corners = [[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]];
+//! let face = |f: usize, tag| BoundaryFace { points: TET_FACES[f].map(|p| p as u32), tag };
+//! let skin = [0, 1, 2].map(|f| face(f, BoundaryTag::Skin));
+//! let wall = face(3, BoundaryTag::ChestWall);
+//! let boundary = [&skin[..], &[wall]].concat();
+//! let mesh = TetMesh::new(corners.map(Point::from).to_vec(), vec![[0, 1, 2, 3]], boundary)?;
+//! assert_eq!(mesh.points_on(BoundaryTag::ChestWall), [0, 1, 2]);
+//! # Ok(())
+//! # }
+//! ```
 
 mod deformation;
 mod displacement;

@@ -171,7 +171,7 @@ def test_a_case_is_changed_by_its_session_alone(session: supine.Session) -> None
     with pytest.raises(AttributeError, match=r"write case\['table'\]"):
         case.table.app = 3
     with pytest.raises(AttributeError, match="did you mean `table`"):
-        case.bde
+        case.tabel
     for own in (copy.deepcopy(case), pickle.loads(pickle.dumps(case))):
         own["table"]["ap"] = 3
         assert own != case and type(own) is dict

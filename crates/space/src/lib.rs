@@ -4,6 +4,24 @@
 //! in millimetres and f64. This crate knows no voxels' values, no mesh, no file. Also what every
 //! stage answers with: [`Failure`] (the kind of an error), [`Warning`], [`Progress`]. Numbers that
 //! are computed several at once ([`Pack`]) are here because the stages share them.
+//!
+//! # Example
+//!
+//! ```
+//! use supine_space::{Grid, GridError, Matrix, Point, TablePose, Vector, sitting};
+//!
+//! # fn main() -> Result<(), GridError> {
+//! let (size, spacing) = ([256, 256, 86], Vector::new(1.5, 1.5, 3.0));
+//! let grid = Grid::new(size, spacing, Point::new(-192.0, -360.0, -720.0), Matrix::identity())?;
+//! let tumour = Point::new(91.4, -248.1, -594.5);
+//! assert_eq!(grid.voxel_at(&tumour), Some([189, 75, 42]));
+//!
+//! // A table that raises the head by 90 degrees: the patient sits.
+//! let upright = TablePose { ap_deg: 90.0, lat_deg: 0.0 };
+//! assert!((upright.gravity() - sitting()).norm() < 1e-12);
+//! # Ok(())
+//! # }
+//! ```
 
 mod failure;
 mod gravity;

@@ -1,6 +1,22 @@
 //! Voxel volumes on a grid in patient space: CT, labels, seeds, distances, components, contours.
 //!
 //! Knows no file, no mesh and no anatomy beyond the names of the labels.
+//!
+//! # Example
+//!
+//! ```
+//! use supine_space::{Grid, Matrix, Point, Vector};
+//! use supine_volume::{Ct, Volume, sample_trilinear_at};
+//!
+//! # fn main() -> Result<(), supine_space::GridError> {
+//! let grid = Grid::new([8, 8, 8], Vector::repeat(2.0), Point::origin(), Matrix::identity())?;
+//! // Fat at the right, gland at the left.
+//! let ct: Ct = Volume::from_fn(grid, |[i, _, _]| if i < 4 { -100 } else { 40 });
+//! let between = Point::new(7.0, 6.0, 6.0);
+//! assert_eq!(sample_trilinear_at(&ct, &between), -30.0);
+//! # Ok(())
+//! # }
+//! ```
 
 mod components;
 mod contours;

@@ -113,7 +113,7 @@ pub static TABLE: &[Parameter] = &[
         Kind::Number { min: 0.1, max: 50.0 },
         "mm",
         Preset::Number(2.0),
-        "how far off the tumour's place may be, with 95 % probability, for a green verdict",
+        "error of the tumour's position, at 95 % probability, up to which the verdict is green",
     ),
     row(
         ("region.centre", "centre"),

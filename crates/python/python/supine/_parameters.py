@@ -233,8 +233,8 @@ class Values(Accepted, total=False):
     breast: Literal["left", "right"] | None
     """The patient's side. Default: required."""
     tolerance: float | None
-    """How far off the tumour's place may be, with 95 % probability, for a green verdict (mm); 0.1 to 50. Default:
-    2."""
+    """Error of the tumour's position, at 95 % probability, up to which the verdict is green (mm); 0.1 to 50.
+    Default: 2."""
     tissues: bool | None
     """Label fat, gland, skin, tumour and implant too, for the report. Default: false."""
     table: Table | None
