@@ -245,8 +245,8 @@ pub enum Error {
     },
     /// A region of interest of which nothing is closed.
     #[error(
-        "{file}: the region {name:?} is drawn as {lines} point(s) and open line(s) alone, which enclose \
-         nothing: close its contours (Contour Geometric Type CLOSED_PLANAR)"
+        "{file}: the region {name:?} is drawn as {lines} point(s), open line(s) or contours of unknown \
+         type alone, which enclose nothing: close its contours (Contour Geometric Type CLOSED_PLANAR)"
     )]
     OpenContours {
         /// The file.

@@ -67,6 +67,11 @@ fn is_code(c: char) -> bool {
     c.is_ascii_uppercase() || c.is_ascii_digit() || matches!(c, ' ' | '_')
 }
 
+/// Whether what is too long is cut. Half a number or half a date is another one.
+fn is_cut(vr: VR) -> bool {
+    matches!(vr, VR::SH | VR::LO | VR::PN | VR::CS)
+}
+
 /// The nearest value that has its form; empty where there is none.
 fn mended_value(vr: VR, value: &str, longest: usize) -> String {
     let bare = value.trim_matches([' ', '\0']);
@@ -86,8 +91,7 @@ fn mended_value(vr: VR, value: &str, longest: usize) -> String {
         _ => bare.to_owned(),
     };
     let cut: String = text.chars().take(longest).collect();
-    // Half a number or half a date is another one.
-    let kept = if matches!(vr, VR::SH | VR::LO | VR::PN | VR::CS) { cut } else { text };
+    let kept = if is_cut(vr) { cut } else { text };
     if fault(vr, &kept, longest).is_none() { kept } else { String::new() }
 }
 
@@ -146,7 +150,8 @@ pub(crate) fn told(header: &DataSet) -> Vec<Warning> {
     let mut told: Vec<Warning> = mended(header)
         .into_iter()
         .map(|(tag, vr, text)| {
-            let cut = longest(vr).is_some_and(|most| header.text(tag).chars().count() > most);
+            let cut = is_cut(vr)
+                && longest(vr).is_some_and(|most| header.text(tag).chars().count() > most);
             let done = match (text.is_empty(), cut) {
                 (true, _) => "left out".into(),
                 (false, false) => "written as it must be".into(),

@@ -345,6 +345,19 @@ fn left_out(folder: &Folder, series: &Series) -> Vec<LeftOut> {
     left
 }
 
+/// Two files that bear one SOP Instance UID: archives keep only one of them.
+fn shared_instance(source: &[SourceSlice]) -> Option<String> {
+    let mut seen = BTreeMap::new();
+    // Frames of one file are one instance.
+    let mut single = source.iter().filter(|s| s.slice.frame == Frame::ONLY);
+    single.find_map(|SourceSlice { header, slice: Slice { file, .. } }| {
+        let other = seen.insert(header.text(tags::SOP_INSTANCE_UID), file)?;
+        Some(format!(
+            "{other} and {file} bear the same SOP Instance UID: archives keep one of them"
+        ))
+    })
+}
+
 /// Most slices that are named in one warning.
 const MOST_NAMED: usize = 5;
 
@@ -382,6 +395,9 @@ fn warn(info: &mut ReadInfo, source: &[SourceSlice]) {
     if rescales.iter().any(|r| r.slope.fract() != 0.0 || r.intercept.fract() != 0.0) {
         let text = "the rescale is not whole-numbered; HU were rounded to integers";
         warn("rescale-rounded", text.into());
+    }
+    if let Some(text) = shared_instance(source) {
+        warn("instance-uid-twice", text);
     }
     if info.padded_voxels > 0 {
         let text =

@@ -42,7 +42,7 @@ pub(crate) struct Slice {
     /// What tells acquisitions, phases and energies apart: name of the attribute and its value.
     pub(crate) acquisition: [(&'static str, String); 4],
     /// What must not differ within a series but must not be shown either.
-    pub(crate) identity: [(&'static str, String); 3],
+    pub(crate) identity: [(&'static str, String); 4],
     pub(crate) lossy: bool,
     /// Whether it is of a CT that this software deformed.
     pub(crate) deformed: bool,
@@ -144,6 +144,7 @@ impl Slice {
                 ("Study Instance UID", text(tags::STUDY_INSTANCE_UID)),
                 ("Patient ID", text(tags::PATIENT_ID)),
                 ("Patient's Name", text(tags::PATIENT_NAME)),
+                ("Patient's Birth Date", text(tags::PATIENT_BIRTH_DATE)),
             ],
             lossy,
             deformed: is_deformed(set),

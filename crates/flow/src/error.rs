@@ -192,6 +192,11 @@ pub enum Error {
         /// The first region that was, of a structure set.
         region: Option<String>,
     },
+    /// A CT that is given beside a run is not the one that the run was made from.
+    #[error(
+        "--ct is not the CT that the run was made from: its Patient ID or its Frame of Reference UID differs"
+    )]
+    OtherCt,
     /// What is carried says neither on which scan nor of whom it was made.
     #[error(
         "{path}: nothing says that it belongs to this CT: it names no frame of reference, and it or the CT no \
@@ -396,6 +401,7 @@ impl Error {
             | Self::OtherFrame { .. }
             | Self::OtherPatient { .. }
             | Self::Unattributed { .. }
+            | Self::OtherCt
             | Self::OtherRegistration { .. }
             | Self::NoSeries
             | Self::NoDisplacement { .. }

@@ -85,6 +85,7 @@ impl Error {
             | Self::OtherFrame { .. }
             | Self::OtherPatient { .. }
             | Self::Unattributed { .. }
+            | Self::OtherCt
             | Self::OtherRegistration { .. } => "carried-object-unusable",
             Self::NoSeries => "no-dicom-series",
             Self::Output { .. } | Self::Report(_) | Self::Record(_) => "output-not-written",

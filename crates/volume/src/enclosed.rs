@@ -17,7 +17,7 @@ const USUAL_STEPS: f64 = 1.5;
 
 /// A corner is a stray that lies this many times as far from the middle of its contour as half of
 /// the corners do, ...
-const STRAY: f64 = 10.0;
+const STRAY: f64 = 4.0;
 /// ... and this far at least, mm.
 const STRAY_MM: f64 = 30.0;
 

@@ -82,7 +82,7 @@ fn objects_of_the_patient_go_with_a_de_identified_run_and_do_not_name_her() {
 
     // By themselves they come out the same, to the byte.
     for name in ["dose", "structures", "segmentation"] {
-        let (given, again) = (object(name), out.join(format!("{name}.dcm")));
+        let (given, again) = (object(name), out.join(format!("carried-{name}.dcm")));
         // The CT tells tissue from air.
         let said =
             supine(&[&"carry", &out, &given, &"--out", &again, &"--ct", &source(), &"--json"]);

@@ -210,7 +210,7 @@ fn a_structure_set_is_carried_as_the_fields_say() {
     let other = shared().out.join("ct");
     let said = supine(&[&"carry", &shared().out, &given, &"--ct", &other, &"--out", &out]);
     assert_eq!(said.code, Some(1), "{}", said.stderr);
-    assert!(said.stderr.contains("another frame of reference"), "{}", said.stderr);
+    assert!(said.stderr.contains("is not the CT that the run was made from"), "{}", said.stderr);
 }
 
 #[test]
@@ -268,6 +268,14 @@ fn what_cannot_be_carried_is_refused() {
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains("displacement"), "{}", said.stderr);
     let points = folder.path().join("p.csv");
+    let text = "name,x,y,z\nmarker 3,91.4,-248.1,-594.5\n";
+    std::fs::write(&points, text).expect("it is written");
+    // The planner's own file, and a file of the run.
+    for (what, out) in [(&points, &points), (&points, &run.join("points.csv"))] {
+        let said = supine(&[&"carry", run, what, &"--out", out]);
+        assert_eq!(said.code, Some(2), "{}", said.stderr);
+    }
+    assert_eq!(std::fs::read_to_string(&points).expect("it is there"), text);
     std::fs::write(&points, "name,x,y,z\nmarker 3,1e30,0,0\n").expect("it is written");
     let said = supine(&[&"carry", run, &points, &"--out", &out]);
     assert_eq!(said.code, Some(1), "{}", said.stderr);

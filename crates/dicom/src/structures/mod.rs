@@ -123,7 +123,8 @@ pub fn oddly_drawn(name: &str, contours: &[Vec<Point>], rule: Rule) -> Vec<Warni
             false => "too far apart to be filled from the planes beside them",
         };
         let text = format!(
-            " is not drawn in {} plane(s) between others (up to {:.1} mm apart, elsewhere {:.1} mm), the              first above {}, which are {made}: is a contour missing?",
+            " is not drawn in {} plane(s) between others (up to {:.1} mm apart, elsewhere {:.1} mm), the \
+             first above {}, which are {made}: is a contour missing?",
             gap.planes,
             gap.widest_mm,
             gap.usual_mm,
@@ -184,7 +185,8 @@ impl Structures {
     }
 
     fn contours_of(&self, roi: &Roi, source: ContourError) -> Error {
-        let (file, name, lines) = (self.file.clone(), roi.name.clone(), roi.lines.len());
+        let lines = roi.lines.len() + roi.unknown_contours;
+        let (file, name) = (self.file.clone(), roi.name.clone());
         match source {
             ContourError::Empty if lines > 0 => Error::OpenContours { file, name, lines },
             source => Error::Contours { file, name, source },

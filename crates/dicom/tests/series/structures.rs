@@ -65,9 +65,7 @@ fn an_inner_contour_is_a_hole() {
 #[test]
 fn regions_that_cannot_be_filled_say_why() {
     let s = structures();
-    for (name, part) in
-        [("Empty", "no contour"), ("Isocentre", "1 point(s) and open line(s) alone")]
-    {
+    for (name, part) in [("Empty", "no contour"), ("Isocentre", "1 point(s), open line(s)")] {
         let text = message(&s, name, FRAME);
         assert!(text.contains(name) && text.contains(part), "{text}");
     }

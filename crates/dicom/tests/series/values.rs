@@ -118,6 +118,20 @@ fn one_slice_with_another_rescale_is_named() {
 }
 
 #[test]
+fn slices_of_two_births_or_one_uid_do_not_pass_in_silence() {
+    let (.., warnings) = both(|n, slice, _| {
+        if n < 2 {
+            put(slice, tags::SOP_INSTANCE_UID, VR::UI, "2.25.7");
+        }
+    });
+    let told = warnings.iter().find(|w| w.code() == "instance-uid-twice").unwrap().to_string();
+    assert!(told.contains("0.dcm") && told.contains("1.dcm"), "{told}");
+    let mut slices = six();
+    put(&mut slices[5], tags::PATIENT_BIRTH_DATE, VR::DA, "19010101");
+    assert!(refusal(&slices).contains("Patient's Birth Date"), "{}", refusal(&slices));
+}
+
+#[test]
 fn halves_are_rounded_to_even() {
     let (_, ct, warnings) = both(|_, slice, mut samples| {
         samples[..4].copy_from_slice(&[1, 3, 5, 2001]);

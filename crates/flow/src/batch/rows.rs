@@ -117,8 +117,9 @@ fn check_head(head: &[String]) -> Result<(), String> {
         ));
     }
     for (n, key) in head.iter().enumerate() {
-        if head[..n].contains(key) {
-            return Err(format!("two columns are called {key}; leave one out"));
+        if let Some(other) = head[..n].iter().find(|other| Spec::says_the_same(other, key)) {
+            let told = if other == key { String::new() } else { format!(" and {other}") };
+            return Err(format!("two columns are called {key}{told}; leave one out"));
         }
         if ![NAME, CASE].contains(&key.as_str()) {
             let hint = "; `supine help case` lists the keys";
@@ -136,6 +137,17 @@ pub(super) fn refused(message: String) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_columns_for_one_value_are_refused() {
+        let head =
+            |keys: &[&str]| check_head(&keys.iter().map(|k| (*k).to_owned()).collect::<Vec<_>>());
+        assert!(head(&["name", "bed.ap", "table.lat"]).is_ok());
+        for keys in [["name", "bed.ap", "table.ap"], ["name", "table", "table.ap"]] {
+            let told = head(&keys).unwrap_err();
+            assert!(told.contains("two columns are called table.ap and"), "{told}");
+        }
+    }
 
     fn table(dir: &Path, text: &str) -> PathBuf {
         let path = dir.join("cases.csv");

@@ -5,6 +5,7 @@ use super::{Gather, messages};
 use crate::folder::FinishedRun;
 use crate::nodes::{Import, Objects, Segment, Source, Tumour, check_seeds};
 use crate::session::{Request, Session};
+use crate::shared::carry::NOT_ANEW;
 use crate::shared::{SeenScan, landmarks};
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
@@ -116,7 +117,13 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
     let request = Request { observer: &gather, ..Request::default() };
     let input = session.get::<Import>(&request)?;
     let placed = session.get::<Tumour>(&request)?;
-    session.get::<Objects>(&request)?;
+    let case = session.case();
+    let named = case.carried.iter().map(|file| file.path.display().to_string());
+    for (object, file) in session.get::<Objects>(&request)?.iter().zip(named) {
+        // That a dose is not computed anew, whoever asks for it knows.
+        let told = object.warnings.iter().filter(|w| w.code() != NOT_ANEW).cloned();
+        gather.warn_all(NodeId::Objects, told.map(|w| w.of(format!("{file}: "))));
+    }
     session.get::<Source>(&request)?;
     if session.case().labels.is_some() {
         session.get::<Segment>(&request)?;

@@ -1,7 +1,7 @@
 //! `supine coarsen`: fewer tetrahedra of the same tissue.
 
 use super::mesh::{MeshDone, told, write};
-use super::{Gather, check_folder_of, mesh_file};
+use super::{Gather, check_out_file, mesh_file};
 use crate::folder::FinishedRun;
 use crate::shared::{coarsen_run, mesh_facts};
 use crate::{Error, NodeId, Observer};
@@ -31,7 +31,7 @@ pub struct Coarsen {
 /// When the input cannot be used, the number cannot be reached, or a file cannot be written.
 pub fn coarsen(given: &Coarsen, observer: &dyn Observer) -> Result<MeshDone, Error> {
     mesh_file(&given.out)?;
-    check_folder_of(&given.out)?;
+    check_out_file(&given.out, &[&given.from])?;
     let gather = Gather::new(observer, &[]);
     let (mesh, displacement, info) = gather.work(NodeId::Mesh, |progress| {
         if given.from.is_dir() {

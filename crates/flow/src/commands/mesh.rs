@@ -1,6 +1,6 @@
 //! `supine mesh`: tetrahedra of the soft tissue in a sphere.
 
-use super::{Gather, SurfaceFrame, check_folder_of, input, mesh_file, messages, session};
+use super::{Gather, SurfaceFrame, check_out_file, input, mesh_file, messages, session};
 use crate::lazy::Lazy;
 use crate::nodes::{Chosen, Mesh as MeshNode, Region, Segment, Segmented, beyond_region};
 use crate::session::Request;
@@ -107,7 +107,7 @@ fn without_unknowns<S: Serializer>(facts: &supine_report::Mesh, to: S) -> Result
 /// When an input cannot be used, the mesher fails, or a file cannot be written.
 pub fn mesh(given: &Mesh, observer: &dyn Observer) -> Result<MeshDone, Error> {
     mesh_file(&given.out)?;
-    check_folder_of(&given.out)?;
+    check_out_file(&given.out, &[])?;
     let session = session(&given.spec)?;
     let case = session.case();
     let missing = CaseError::Missing { key: "region.centre", what: "the sphere that is modelled" };

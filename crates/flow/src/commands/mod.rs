@@ -60,14 +60,25 @@ pub fn check_there(path: &Path) -> Result<(), Error> {
     std::fs::metadata(path).map(drop).map_err(unread)
 }
 
-/// That there is a folder for a file that a command will write, before its work is begun.
+/// That a command may write a file, before its work is begun: there is a folder for it, it is none
+/// of the `inputs`, and it belongs to no finished run.
 ///
 /// # Errors
-/// [`Error::Output`].
-fn check_folder_of(file: &Path) -> Result<(), Error> {
+/// [`Error::Output`], [`Error::Refused`].
+fn check_out_file(file: &Path, inputs: &[&Path]) -> Result<(), Error> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     let found = folder.map_or(Ok(()), |folder| std::fs::read_dir(folder).map(drop));
-    found.map_err(|source| Error::Output { path: file.into(), source })
+    found.map_err(|source| Error::Output { path: file.into(), source })?;
+    let refused =
+        |why: &str| Err(usage(format!("--out {} {why}; name another file", file.display())));
+    let Ok(there) = file.canonicalize() else { return Ok(()) };
+    if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == there)) {
+        return refused("is what is read, and would be lost");
+    }
+    match crate::folder::is_result(&there) {
+        true => refused("is a result of the run in its folder, which would then be another"),
+        false => Ok(()),
+    }
 }
 
 /// Endings of files that hold a volume.

@@ -1,6 +1,6 @@
 //! `supine segment`: labels of a CT.
 
-use super::{Gather, VOLUMES, check_ending, check_folder_of, ends, messages, session, usage};
+use super::{Gather, VOLUMES, check_ending, check_out_file, ends, messages, session, usage};
 use crate::nodes::{Chosen, Import, Region, Segment as SegmentNode, Tissues};
 use crate::session::{Request, Session, Start};
 use crate::shared::{write_dicom_labels, write_surfaces};
@@ -86,7 +86,7 @@ pub struct TissueFacts {
 /// When a stage fails, or labels are asked for as DICOM of a CT that did not come as DICOM.
 pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, Error> {
     for file in std::iter::once(&given.out).chain(&given.uncertainty) {
-        check_folder_of(file)?;
+        check_out_file(file, &[])?;
     }
     let kinds = [&[".dcm"], &VOLUMES[..]].concat();
     check_ending("--out", &given.out, "labels are", &kinds)?;

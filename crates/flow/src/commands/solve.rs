@@ -1,6 +1,6 @@
 //! `supine solve`: the displacement of a mesh under gravity.
 
-use super::{Gather, check_folder_of, ends, given_mesh, mesh_file, messages, usage};
+use super::{Gather, check_out_file, ends, given_mesh, mesh_file, messages, usage};
 use crate::nodes::{Law, Meshed};
 use crate::shared::statics;
 use crate::spec::Spec;
@@ -108,7 +108,7 @@ pub struct IntervalFacts {
 /// When an input cannot be used, the solver fails, or a file cannot be written.
 pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error> {
     mesh_file(&given.out)?;
-    check_folder_of(&given.out)?;
+    check_out_file(&given.out, &[&given.mesh])?;
     let case = given.spec.case()?;
     let target = match given.target {
         Target::Table => case.table_pose()?.gravity(),

@@ -1,6 +1,7 @@
 //! Whose finished result a folder holds.
 
 use super::{kept_case, names, resolve, summary_of};
+use crate::NodeId;
 use crate::inputs::Inputs;
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,8 @@ pub(crate) struct HeldResult {
     pub(crate) ct: Option<PathBuf>,
     /// When the run began.
     pub(crate) started: Option<String>,
+    /// Patient ID of its exported series, if that names her.
+    patient: Option<String>,
     blake3: String,
     /// The series as it was before the patient was taken out.
     series: Option<String>,
@@ -37,6 +40,11 @@ impl HeldResult {
         Some(Self {
             ct,
             started: text("/run/started"),
+            patient: if nameless {
+                None
+            } else {
+                patient_in(&root.join(names::path_of(NodeId::Export, "series")))
+            },
             blake3: origin.and_then(|ct| ct["blake3"].as_str()).unwrap_or_default().to_owned(),
             series: case.pointer("/source/series_uid").and_then(Json::as_str).map(str::to_owned),
         })
@@ -64,7 +72,14 @@ impl HeldResult {
             return true;
         }
         let there = self.ct.as_deref().is_some_and(|held| place(held) == place(ct));
-        there && (is_volume_name(ct) || self.series.as_deref().is_some_and(|uid| holds(ct, uid)))
+        if !there || is_volume_name(ct) {
+            return there;
+        }
+        let others = self
+            .patient
+            .as_ref()
+            .is_some_and(|held| patient_in(ct).is_some_and(|own| own != *held));
+        !others && self.series.as_deref().is_some_and(|uid| holds(ct, uid))
     }
 }
 
@@ -90,6 +105,15 @@ fn holds(ct: &Path, uid: &str) -> bool {
         return true;
     }
     series_in(ct).iter().any(|series| series == uid)
+}
+
+/// The Patient ID of the series in a folder, if they name but one patient.
+fn patient_in(folder: &Path) -> Option<String> {
+    let (depth, accept) = (supine_dicom::Depth::Headers, supine_dicom::Accept::default());
+    let found = supine_dicom::inspect(folder, depth, accept, Progress::none()).ok()?;
+    let mut all: Vec<String> = found.series.into_iter().map(|one| one.whose.id).collect();
+    all.dedup();
+    all.pop().filter(|id| all.is_empty() && !id.is_empty())
 }
 
 /// The series of a folder that can be read, if there is but one.

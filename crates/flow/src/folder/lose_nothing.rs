@@ -158,6 +158,12 @@ impl RunFolder {
         Ok(())
     }
 
+    /// Names of the folders that are there for what this program did not write.
+    pub(super) fn set_aside_folders(&self) -> Vec<PathBuf> {
+        let folders = (1..).map(|n| self.aside(n)).take_while(|folder| exists(folder));
+        folders.filter_map(|folder| Some(folder.file_name()?.into())).collect()
+    }
+
     /// The folders for what this program did not write, from 1 on.
     fn aside(&self, n: usize) -> PathBuf {
         let numbered = |n| format!("{}-{n}", names::SET_ASIDE);

@@ -179,7 +179,23 @@ impl RunFolder {
     /// Keeps the case of a de-identified run, whose summary names no files.
     pub(crate) fn keep_case(&self, case: &serde_json::Value) -> Result<(), Error> {
         self.keep_beside(names::CASE, &serde_json::to_vec_pretty(case)?)?;
+        self.move_aside()?;
         if held::names_its_patient(&self.root) { self.move_sent() } else { Ok(()) }
+    }
+
+    /// Moves what was set aside out of the folder: what others wrote, and what a run before left
+    /// beside it, may name the patient.
+    fn move_aside(&self) -> Result<(), Error> {
+        for name in self.set_aside_folders() {
+            let beside = beside(&self.root)?;
+            private(&beside).map_err(|source| Error::Output { path: beside.clone(), source })?;
+            let numbered = (1..).map(|n| beside.join(format!("{}-{n}", names::SET_ASIDE)));
+            let free = numbered.into_iter().find(|to| !to.exists()).unwrap_or(beside);
+            fs::rename(self.root.join(&name), &free)
+                .map_err(|source| Error::Output { path: free.clone(), source })?;
+            self.log(&serde_json::json!({ "event": "moved out", "path": name }))?;
+        }
+        Ok(())
     }
 
     /// Moves the lists of objects that were sent from a result with the patient's name out of the
@@ -224,6 +240,13 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     // OUT, OUT/ct, OUT/ct/1.dcm.
     let found = whole.ancestors().take(3).find(|folder| is_run(folder))?;
     Some(found.to_path_buf())
+}
+
+/// Whether a file is one that the run in whose folder it lies has made.
+pub(crate) fn is_result(file: &Path) -> bool {
+    let within = run_around(file).and_then(|run| Some(file.strip_prefix(run).ok()?.to_owned()));
+    let shown = names::ARTIFACTS.iter().filter(|(_, _, path)| !path.starts_with('.'));
+    within.is_some_and(|file| shown.into_iter().any(|(_, _, path)| file.starts_with(path)))
 }
 
 /// The runs whose folders lie in a folder, however deep.

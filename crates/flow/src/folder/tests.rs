@@ -109,6 +109,24 @@ fn inputs_where_the_run_writes_are_refused() {
     assert!(refuse_overlap(out, "ct", Path::new("/nowhere")).is_ok());
 }
 
+/// A slice of hers may lie among what others wrote.
+#[test]
+fn what_was_set_aside_leaves_the_folder_of_a_de_identified_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let root = dir.path().join("out");
+    let f = folder(&root);
+    for _ in 0..2 {
+        fs::create_dir_all(root.join("ct")).unwrap();
+        fs::write(root.join("ct/Thumbs.db"), "a viewer's").unwrap();
+        assert_eq!(f.clear(NodeId::Export).unwrap(), [root.join("set-aside/ct")]);
+        f.keep_case(&json!({})).unwrap();
+        assert!(!root.join("set-aside").exists());
+    }
+    for kept in ["set-aside-1", "set-aside-2"] {
+        assert!(dir.path().join("out-reidentification").join(kept).join("ct/Thumbs.db").exists());
+    }
+}
+
 /// By what was sent from the result before, archives find the patient.
 #[test]
 fn what_was_sent_under_her_name_leaves_the_folder_of_a_de_identified_run() {

@@ -90,7 +90,8 @@ impl Session {
             let gone = stale(ground, folder, &plan, &shown);
             folder.retire(&gone)?;
             for node in gone {
-                tell_aside(node, &folder.clear(node)?, request.observer);
+                let aside = folder.clear(node)?;
+                tell_aside(node, &aside, ground.case.export.anonymise, request.observer);
             }
         }
         let job = Job {
@@ -210,12 +211,19 @@ fn stale(ground: &Ground, folder: &RunFolder, plan: &Plan, shown: Shown<'_>) -> 
 }
 
 /// Says where something is now that this program did not write, or that was changed since.
-fn tell_aside(node: NodeId, moved: &[std::path::PathBuf], observer: &dyn Observer) {
+fn tell_aside(
+    node: NodeId,
+    moved: &[std::path::PathBuf],
+    anonymise: bool,
+    observer: &dyn Observer,
+) {
     for path in moved {
+        let leave = "; they may name the patient, and leave this folder for that of the re-identification when the run is finished";
         let text = format!(
             "files that this program did not write, or that were changed since, lay where results are written: they are in {} \
-             now",
-            path.display()
+             now{}",
+            path.display(),
+            if anonymise { leave } else { "" }
         );
         observer.warning(node, &told(node, &supine_space::Warning::new("set-aside", text), false));
     }

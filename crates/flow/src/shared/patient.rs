@@ -39,15 +39,13 @@ pub(crate) fn compare_patient(
 ) -> Result<PatientCompared, Error> {
     let mut compared = PatientCompared { by_id: !own.id.is_empty(), warning: None };
     for owner in owners(path)? {
-        if owner.patient.is_empty() || own.id.is_empty() {
-            compared.by_id = false;
-            continue;
-        }
-        if owner.patient != own.id {
+        let named = !owner.patient.is_empty() && !own.id.is_empty();
+        compared.by_id &= named;
+        if named && owner.patient != own.id {
             return Err(Error::OtherPatient { path: path.into() });
         }
         if compared.warning.is_none() {
-            compared.warning = differs(&owner, own).map(|what| doubtful(path, what));
+            compared.warning = differs(&owner, own).map(|what| doubtful(path, named, what));
         }
     }
     Ok(compared)
@@ -84,10 +82,10 @@ fn words(name: &str) -> BTreeSet<String> {
     parts.map(str::to_lowercase).collect()
 }
 
-fn doubtful(path: &Path, what: &str) -> Warning {
-    let text = format!(
-        ": it bears the Patient ID of the CT and another {what}: make sure that it is of the same patient"
-    );
+fn doubtful(path: &Path, named: bool, what: &str) -> Warning {
+    let id = if named { "the Patient ID of the CT" } else { "no Patient ID to compare" };
+    let text =
+        format!(": it bears {id} and another {what}: make sure that it is of the same patient");
     Warning::new("patient-doubtful", "").name(path.display().to_string()).text(text)
 }
 

@@ -57,6 +57,21 @@ pub struct Spec {
     former: Vec<&'static str>,
 }
 
+/// The first key of a table whose value holds a number that is none.
+fn not_finite(table: &toml::Table) -> Option<String> {
+    fn holds(value: &toml::Value) -> bool {
+        match value {
+            toml::Value::Float(number) => !number.is_finite(),
+            toml::Value::Array(all) => all.iter().any(holds),
+            _ => false,
+        }
+    }
+    table.iter().find_map(|(key, value)| match value {
+        toml::Value::Table(inner) => not_finite(inner).map(|within| format!("{key}.{within}")),
+        value => holds(value).then(|| key.clone()),
+    })
+}
+
 /// The same values, whatever their keys were called.
 impl PartialEq for Spec {
     fn eq(&self, other: &Self) -> bool {
@@ -103,6 +118,10 @@ impl Spec {
             let line = before.map_or(usize::MAX, |before| before.matches('\n').count());
             invalid(e.to_string().trim_end().to_owned() + hint::of_text(text, line))
         })?;
+        // JSON has no such numbers: they would be read as not given.
+        if let Some(key) = not_finite(&table) {
+            return Err(CaseError::Key(format!("`{key}`: nan and inf are no numbers of a case")));
+        }
         let object = serde_json::to_value(table).map_err(|e| invalid(e.to_string()))?;
         let Json::Object(object) = object else { return Err(invalid("no table".into())) };
         let former = read::former(&object)?;
@@ -184,7 +203,18 @@ impl Spec {
         case: &serde_json::Map<String, Json>,
         folder: impl Into<PathBuf>,
     ) -> Result<Self, CaseError> {
-        Ok(Self { values: values(case)?, ..Self::new(folder) })
+        let former = read::former(case)?;
+        Ok(Self { values: values(case)?, former, ..Self::new(folder) })
+    }
+
+    /// Whether two keys give a value for the same, one of them perhaps by its former name or with
+    /// the whole table.
+    pub(crate) fn says_the_same(one: &str, other: &str) -> bool {
+        let [one, other] = [one, other].map(read::current);
+        let within = |key: &str, table: &str| {
+            key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        within(&one, &other) || within(&other, &one)
     }
 
     /// The folder from which paths lead.

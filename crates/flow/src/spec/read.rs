@@ -174,6 +174,13 @@ mod tests {
         assert_eq!((now.1, then.1), (vec![], vec!["bed"]));
         let both = read("bed = { ap = 7.0 }\ntable = { lat = 5.0 }").unwrap_err();
         assert!(both.contains("give `table` alone"), "{both}");
+        let same = crate::spec::Spec::says_the_same;
+        assert!(
+            same("bed.ap", "table.ap") && same("table", "bed.lat") && !same("bed.ap", "bed.lat")
+        );
+        assert!(!same("tissue", "tissues"));
+        let none = read("table = { ap = nan }").unwrap_err();
+        assert!(none.contains("`table.ap`: nan and inf are no numbers"), "{none}");
         let typo = read("bed = { app = 7.0 }").unwrap_err();
         assert!(typo.contains("did you mean `table.ap`?"), "{typo}");
     }

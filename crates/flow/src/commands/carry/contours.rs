@@ -54,6 +54,14 @@ impl Job<'_> {
             self.gather.warn_all(NodeId::Carry, left_out);
             let drawn = done.carried.structures.iter().filter(|s| !s.contours.is_empty());
             let drawn: Vec<NamedContours> = drawn.cloned().collect();
+            let same =
+                |(n, s): &(usize, &NamedContours)| drawn[..*n].iter().any(|t| t.name == s.name);
+            if let Some((_, twice)) = drawn.iter().enumerate().find(same) {
+                return Err(usage(format!(
+                    "two regions are called {:?}, and a .csv file tells them apart by their names alone: name a .dcm file",
+                    twice.name
+                )));
+            }
             write_contours(&drawn, self.out()).map_err(Error::product)?;
         }
         let instance_uid = done.written.map(|written| written.object.instance_uid);

@@ -10,7 +10,9 @@ pub use done::{
 };
 
 use super::usable::why_not;
-use super::{Gather, SurfaceFrame, VOLUMES, check_ending, ends, given_deformation, usage};
+use super::{
+    Gather, SurfaceFrame, VOLUMES, check_ending, check_out_file, ends, given_deformation, usage,
+};
 use crate::folder::{FinishedRun, run_around};
 use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles};
 use crate::shared::{CtInput, read_ct};
@@ -68,6 +70,7 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
     let job = Job::new(given, &gather)?;
     let what = given.what.as_path();
     check_out(given)?;
+    check_out_file(&given.out, &[what])?;
     if given.points || ends(what, &[".json"]) {
         return job.points();
     }

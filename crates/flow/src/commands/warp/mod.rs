@@ -4,7 +4,7 @@ mod grid;
 
 pub use grid::OutputGrid;
 
-use super::{Gather, check_folder_of, ends, given_deformation, messages, session, usage};
+use super::{Gather, check_out_file, ends, given_deformation, messages, session, usage};
 use crate::nodes::{
     Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
     beyond_field, warp_facts,
@@ -152,7 +152,7 @@ fn names_a_kind(path: &Path) -> bool {
 /// Refuses what a series, or a file, cannot have.
 fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
     if file {
-        check_folder_of(&given.out)?;
+        check_out_file(&given.out, &[&given.mesh])?;
     } else if names_a_kind(&given.out) && !given.out.is_dir() {
         return Err(usage(format!(
             "--out {}: a CT is written as .nrrd, .nii, .nii.gz or .mha, or as a DICOM series into a folder, whose name has no \

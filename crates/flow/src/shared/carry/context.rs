@@ -108,6 +108,14 @@ impl CarryContext {
             return Err(Error::OtherRegistration { path, series });
         }
         let anonymised = exported.as_ref().is_some_and(|(_, source)| source.is_anonymised());
+        if let (Some(before), Some((_, source)), false) = (before, &exported, anonymised) {
+            let [own, other] = [source, before].map(|of| of.whose().id);
+            let frame = registration.as_ref().map(|r| &r.source_frame_uid);
+            let elsewhere = frame.is_some_and(|uid| *uid != before.frame_of_reference_uid());
+            if elsewhere || (!own.is_empty() && !other.is_empty() && own != other) {
+                return Err(Error::OtherCt);
+            }
+        }
         let anonymiser = secret.filter(|_| anonymised).map(Anonymiser::new);
         let patient = before.map(Source::whose);
         let before = before.map(Source::frame_of_reference_uid);
@@ -222,8 +230,10 @@ impl CarryContext {
             return Ok((compared.by_id, compared.warning.into_iter().collect()));
         };
         let named = names_a_patient(path)? && !source.whose().id.is_empty();
-        // A de-identified object bears the exported CT's pseudonym and no more the patient's name.
-        let own = self.patient.as_ref().filter(|own| !own.id.is_empty());
+        // A de-identified CT bears a pseudonym, by which it is compared when the object is made
+        // ready for it.
+        let exported = (!source.is_anonymised()).then(|| source.whose());
+        let own = self.patient.as_ref().or(exported.as_ref());
         let doubt = own.and_then(|own| compare_patient(path, own).ok()?.warning);
         Ok((named, doubt.into_iter().collect()))
     }
