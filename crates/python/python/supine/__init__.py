@@ -12,7 +12,7 @@ something that it rests on changes::
         table={"ap": 7.0, "lat": 5.0},                                  # degrees
         tumour={"centre": (91.4, -248.1, -594.5), "radius": 9.0},       # LPS, mm
     )
-    print(session.tumour)                  # 2.9 mm (95 %: 0.9 to 10.5 mm)
+    print(session.tumour)                  # 2.9 mm (95 %: 0.9 to 10.3 mm)
     image = session.deformed_ct.to_sitk()
     session.run("result")                  # the folder that `supine run` writes
 
