@@ -11,7 +11,7 @@ use std::path::Path;
 
 use supine_flow::commands::Colour;
 use supine_flow::commands::run::Run;
-use supine_flow::{Options, RunFolder};
+use supine_flow::{Options, RunFolder, USERS, write_atomically};
 use supine_space::Failure as Kind;
 
 /// The synthetic patient: `fixtures/patient`, which no person ever was.
@@ -35,7 +35,10 @@ pub(crate) fn demo(args: &args::Demo, screen: &Screen) -> Result<End, Failure> {
 /// Writes the case and its CT into a folder; what is there already stays.
 fn unpack(folder: &Path) -> Result<(), Failure> {
     let ct = folder.join("ct");
-    std::fs::create_dir_all(&ct).map_err(|e| unwritten(&ct, &e))?;
+    std::fs::create_dir_all(&ct).map_err(|e| {
+        let text = format!("the demo's case cannot be written: {}: {e}", ct.display());
+        Failure::new(Kind::of_output(&e), text).at(&ct)
+    })?;
     for file in CT.files() {
         keep_or_write(&ct.join(file.path()), file.contents())?;
     }
@@ -58,14 +61,7 @@ fn keep_or_write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         }
         Err(_) => {}
     }
-    let part = path.with_extension("part");
-    let written = std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path));
-    written.map_err(|e| unwritten(path, &e))
-}
-
-fn unwritten(path: &Path, error: &std::io::Error) -> Failure {
-    let text = format!("the demo's case cannot be written: {}: {error}", path.display());
-    Failure::new(Kind::of_output(error), text).at(path)
+    Ok(write_atomically(path, bytes, USERS)?)
 }
 
 #[cfg(test)]

@@ -45,7 +45,7 @@ pub use case_file::CaseFile;
 pub use error::Error;
 pub use error_facts::Place;
 pub use figures::Figure;
-pub use folder::{FinishedRun, RunFolder};
+pub use folder::{FinishedRun, RunFolder, USERS, write_atomically};
 pub use live_tilt::{Applied, ContactResult, LiveTilt};
 pub use live_tissue::{LiveMesh, LiveTissue};
 pub use memory::{CountingAllocator, memory_was_refused};

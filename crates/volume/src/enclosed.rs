@@ -83,15 +83,11 @@ impl Undrawn {
 
 /// The planes that parallel closed contours leave out, if they leave out any; LPS, mm.
 pub fn undrawn(contours: &[Vec<Point>]) -> Option<Undrawn> {
-    let normal = axes(normal_of(contours)?).column(2).into_owned();
-    let level = |corner: &Point| normal.dot(&corner.coords);
-    let mut planes: Vec<&Point> = closed(contours).map(|contour| &contour[0]).collect();
-    planes.sort_by(|a, b| level(a).total_cmp(&level(b)));
-    let step = |pair: &[&Point]| level(pair[1]) - level(pair[0]);
-    planes.dedup_by(|b, a| level(b) - level(a) <= SAME_PLANE_MM);
+    let planes = planes(contours, axes(normal_of(contours)?).column(2).into_owned());
+    let step = |pair: &[(f64, &Point)]| pair[1].0 - pair[0].0;
     let usual_mm = median(&mut planes.windows(2).map(step).collect::<Vec<_>>())?;
-    let wide = |pair: &&[&Point]| step(pair) > USUAL_STEPS * usual_mm;
-    let below = planes.windows(2).find(wide)?[0].coords.into();
+    let wide = |pair: &&[(f64, &Point)]| step(pair) > USUAL_STEPS * usual_mm;
+    let below = planes.windows(2).find(wide)?[0].1.coords.into();
     let gaps: Vec<f64> = planes.windows(2).filter(wide).map(step).collect();
     let missing = |gap: &f64| ((gap / usual_mm).round() - 1.0).max(1.0) as usize;
     let widest_mm = gaps.iter().copied().fold(0.0, f64::max);
@@ -154,6 +150,15 @@ fn normal_of(contours: &[Vec<Point>]) -> Option<Vector> {
     largest.filter(|a| a.norm() > 0.0 && a.norm().is_finite()).map(|a| a.normalize())
 }
 
+/// The planes of closed contours along their normal, ascending: place, mm, and a corner of each.
+fn planes(contours: &[Vec<Point>], normal: Vector) -> Vec<(f64, &Point)> {
+    let placed = |contour: &'_ Vec<Point>| normal.dot(&contour[0].coords);
+    let mut planes: Vec<(f64, &Point)> = closed(contours).map(|c| (placed(c), &c[0])).collect();
+    planes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    planes.dedup_by(|b, a| b.0 - a.0 <= SAME_PLANE_MM);
+    planes
+}
+
 /// Pixels that hold the contours, on their own planes.
 fn grid_of(contours: &[Vec<Point>]) -> Result<Grid, ContourError> {
     if let Some(stray) = stray(contours) {
@@ -167,16 +172,14 @@ fn grid_of(contours: &[Vec<Point>]) -> Result<Grid, ContourError> {
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
     };
     let [u, v, w] = [range(0), range(1), range(2)];
-    let mut planes: Vec<f64> = closed().map(|c| place(&c[0], 2)).collect();
-    planes.sort_by(f64::total_cmp);
-    planes.dedup_by(|b, a| *b - *a <= SAME_PLANE_MM);
-    let mut steps: Vec<f64> = planes.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let planes = planes(contours, axes.column(2).into_owned());
+    let mut steps: Vec<f64> = planes.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
     let step = median(&mut steps).ok_or(ContourError::OnePlane)?;
     let step = step.max((w[1] - w[0]) / MAX_PLANES);
     let pixel = (u[1] - u[0]).max(v[1] - v[0]) / PIXELS;
     let size = [u, v].map(|[low, high]| ((high - low) / pixel).ceil() as usize + 1);
     let depth = ((w[1] - w[0]) / step).round() as usize + 1;
-    let origin = Point::from(axes * Vector::new(u[0], v[0], planes[0]));
+    let origin = Point::from(axes * Vector::new(u[0], v[0], planes[0].0));
     let spacing = Vector::new(pixel, pixel, step);
     Grid::new([size[0], size[1], depth], spacing, origin, axes).map_err(|_| ContourError::Empty)
 }

@@ -276,6 +276,16 @@ fn what_cannot_be_carried_is_refused() {
         assert_eq!(said.code, Some(2), "{}", said.stderr);
     }
     assert_eq!(std::fs::read_to_string(&points).expect("it is there"), text);
+    // The only CT of a planner.
+    let ct = folder.path().join("ct.nrrd");
+    std::fs::write(&ct, "a CT").expect("it is written");
+    let mesh = run.join("mesh/deformed.vtu");
+    for words in [&["segment"][..], &["warp", "--mesh", mesh.to_str().expect("a path")]] {
+        let mut all: Vec<&dyn AsRef<std::ffi::OsStr>> = words.iter().map(|w| w as _).collect();
+        all.extend([&"--ct" as _, &ct as _, &"--out" as _, &ct as &dyn AsRef<std::ffi::OsStr>]);
+        let said = supine(&all);
+        assert!(said.code == Some(2) && said.stderr.contains("would be lost"), "{}", said.stderr);
+    }
     std::fs::write(&points, "name,x,y,z\nmarker 3,1e30,0,0\n").expect("it is written");
     let said = supine(&[&"carry", run, &points, &"--out", &out]);
     assert_eq!(said.code, Some(1), "{}", said.stderr);

@@ -31,7 +31,7 @@ pub struct Coarsen {
 /// When the input cannot be used, the number cannot be reached, or a file cannot be written.
 pub fn coarsen(given: &Coarsen, observer: &dyn Observer) -> Result<MeshDone, Error> {
     mesh_file(&given.out)?;
-    check_out_file(&given.out, &[&given.from])?;
+    check_out_file(&given.out, [given.from.as_path()])?;
     let gather = Gather::new(observer, &[]);
     let (mesh, displacement, info) = gather.work(NodeId::Mesh, |progress| {
         if given.from.is_dir() {

@@ -107,7 +107,7 @@ fn without_unknowns<S: Serializer>(facts: &supine_report::Mesh, to: S) -> Result
 /// When an input cannot be used, the mesher fails, or a file cannot be written.
 pub fn mesh(given: &Mesh, observer: &dyn Observer) -> Result<MeshDone, Error> {
     mesh_file(&given.out)?;
-    check_out_file(&given.out, &[])?;
+    check_out_file(&given.out, given.spec.files())?;
     let session = session(&given.spec)?;
     let case = session.case();
     let missing = CaseError::Missing { key: "region.centre", what: "the sphere that is modelled" };

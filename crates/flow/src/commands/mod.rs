@@ -65,14 +65,17 @@ pub fn check_there(path: &Path) -> Result<(), Error> {
 ///
 /// # Errors
 /// [`Error::Output`], [`Error::Refused`].
-fn check_out_file(file: &Path, inputs: &[&Path]) -> Result<(), Error> {
+fn check_out_file<'a>(
+    file: &Path,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), Error> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     let found = folder.map_or(Ok(()), |folder| std::fs::read_dir(folder).map(drop));
     found.map_err(|source| Error::Output { path: file.into(), source })?;
     let refused =
         |why: &str| Err(usage(format!("--out {} {why}; name another file", file.display())));
     let Ok(there) = file.canonicalize() else { return Ok(()) };
-    if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == there)) {
+    if inputs.into_iter().any(|input| input.canonicalize().is_ok_and(|input| input == there)) {
         return refused("is what is read, and would be lost");
     }
     match crate::folder::is_result(&there) {

@@ -105,9 +105,7 @@ fn values_into(
     observer: &dyn Observer,
     peak_memory_mb: &mut Option<f64>,
 ) -> Result<RunDone, Error> {
-    if let Some(text) = spec.former_told() {
-        observer.note(&text);
-    }
+    spec.note_former(observer);
     if anonymise {
         spec.set("export.anonymise", &Json::Bool(true))?;
     }

@@ -86,7 +86,7 @@ pub struct TissueFacts {
 /// When a stage fails, or labels are asked for as DICOM of a CT that did not come as DICOM.
 pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, Error> {
     for file in std::iter::once(&given.out).chain(&given.uncertainty) {
-        check_out_file(file, &[])?;
+        check_out_file(file, given.spec.files())?;
     }
     let kinds = [&[".dcm"], &VOLUMES[..]].concat();
     check_ending("--out", &given.out, "labels are", &kinds)?;

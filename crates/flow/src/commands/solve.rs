@@ -108,7 +108,7 @@ pub struct IntervalFacts {
 /// When an input cannot be used, the solver fails, or a file cannot be written.
 pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error> {
     mesh_file(&given.out)?;
-    check_out_file(&given.out, &[&given.mesh])?;
+    check_out_file(&given.out, given.spec.files().chain([given.mesh.as_path()]))?;
     let case = given.spec.case()?;
     let target = match given.target {
         Target::Table => case.table_pose()?.gravity(),

@@ -15,8 +15,8 @@ pub(crate) struct HeldResult {
     pub(crate) ct: Option<PathBuf>,
     /// When the run began.
     pub(crate) started: Option<String>,
-    /// Patient ID of its exported series, if that names her.
-    patient: Option<String>,
+    /// Its exported series, if that names the patient.
+    exported: Option<PathBuf>,
     blake3: String,
     /// The series as it was before the patient was taken out.
     series: Option<String>,
@@ -40,11 +40,7 @@ impl HeldResult {
         Some(Self {
             ct,
             started: text("/run/started"),
-            patient: if nameless {
-                None
-            } else {
-                patient_in(&root.join(names::path_of(NodeId::Export, "series")))
-            },
+            exported: (!nameless).then(|| root.join(names::path_of(NodeId::Export, "series"))),
             blake3: origin.and_then(|ct| ct["blake3"].as_str()).unwrap_or_default().to_owned(),
             series: case.pointer("/source/series_uid").and_then(Json::as_str).map(str::to_owned),
         })
@@ -75,10 +71,8 @@ impl HeldResult {
         if !there || is_volume_name(ct) {
             return there;
         }
-        let others = self
-            .patient
-            .as_ref()
-            .is_some_and(|held| patient_in(ct).is_some_and(|own| own != *held));
+        let patients = [self.exported.as_deref(), Some(ct)].map(|of| patient_in(of?));
+        let others = matches!(patients, [Some(held), Some(own)] if held != own);
         !others && self.series.as_deref().is_some_and(|uid| holds(ct, uid))
     }
 }

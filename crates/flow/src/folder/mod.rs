@@ -520,12 +520,15 @@ pub(crate) fn refuse_overlap(root: &Path, key: &'static str, input: &Path) -> Re
 }
 
 /// Who may read a file: whom the user's umask lets, or its owner alone.
-pub(crate) const USERS: u32 = 0o666;
+pub const USERS: u32 = 0o666;
 const OWNERS: u32 = 0o600;
 
-/// Writes a file under a temporary name beside it, then renames.
+/// Writes a file under a temporary name beside it, then renames; `mode`: who may read it.
+///
+/// # Errors
+/// [`Error::Output`].
 #[cfg_attr(not(unix), expect(unused_variables, reason = "`mode` is one of Unix"))]
-pub(crate) fn write_atomically(path: &Path, bytes: &[u8], mode: u32) -> Result<(), Error> {
+pub fn write_atomically(path: &Path, bytes: &[u8], mode: u32) -> Result<(), Error> {
     let output = |source| Error::Output { path: path.into(), source };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();

@@ -38,6 +38,7 @@ pub(crate) use stroke::to_json as stroke_json;
 pub use table::{Kind, Parameter, Preset, TABLE};
 pub use value::Value;
 
+use crate::Observer;
 use crate::text_file::read_text;
 use read::{Values, place, values};
 use recorded::Recorded;
@@ -133,13 +134,12 @@ impl Spec {
         &self.former
     }
 
-    /// What somebody whose case file uses former names has to know.
-    pub(crate) fn former_told(&self) -> Option<String> {
-        let known = read::FORMER.iter().filter(|(former, _)| self.former.contains(former));
-        let told: Vec<String> = known
-            .map(|(former, now)| format!("the key `{former}` is called `{now}` now"))
-            .collect();
-        (!told.is_empty()).then(|| format!("{}; the case file is read as before", told.join(", ")))
+    /// Notes the former names that were used.
+    pub(crate) fn note_former(&self, observer: &dyn Observer) {
+        for (former, now) in read::FORMER.iter().filter(|(old, _)| self.former.contains(old)) {
+            observer
+                .note(&format!("the key `{former}` is called `{now}` now; it is read as before"));
+        }
     }
 
     /// The case of a summary; of a de-identified run, whose summary names no files, the case that
@@ -193,6 +193,11 @@ impl Spec {
         self.values.iter().flat_map(|(&place, value)| {
             value.paths().iter().map(move |path| (TABLE[place].key, path.as_path()))
         })
+    }
+
+    /// Every path that is given.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.paths().map(|(_, path)| path)
     }
 
     /// The values of a case in its canonical form; paths lead from `folder`.
@@ -265,6 +270,7 @@ impl Spec {
         text: &str,
     ) -> Result<(), CaseError> {
         let change::Change { given, gone } = change::read(key, text)?;
+        self.former.extend(read::former_of(key));
         self.values.retain(|place, _| !gone.contains(place));
         self.values.extend(given.into_iter().map(|(place, value)| (place, value.within(here))));
         Ok(())

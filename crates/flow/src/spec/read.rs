@@ -61,14 +61,20 @@ pub(super) fn current(name: &str) -> Cow<'_, str> {
     }
 }
 
+/// The former name that a key uses, if it does.
+pub(super) fn former_of(key: &str) -> Option<&'static str> {
+    let table = key.split('.').next();
+    FORMER.iter().map(|(former, _)| *former).find(|former| Some(*former) == table)
+}
+
 /// The former names that a case uses.
 ///
 /// # Errors
 /// [`CaseError::Key`] where the present name stands beside it: which of both holds, nothing says.
 pub(super) fn former(case: &Map<String, Json>) -> Result<Vec<&'static str>, CaseError> {
-    let is_of = |key: &str, table: &str| key.split('.').next() == Some(table);
-    let used = FORMER.iter().filter(|(former, _)| case.keys().any(|key| is_of(key, former)));
-    let one = |&(former, now): &(&'static str, &str)| match case.keys().any(|key| is_of(key, now)) {
+    let holds = |table: &str| case.keys().any(|key| key.split('.').next() == Some(table));
+    let used = FORMER.iter().filter(|(former, _)| holds(former));
+    let one = |&(former, now): &(&'static str, &str)| match holds(now) {
         true => {
             Err(CaseError::Key(format!("`{former}` and `{now}` are the same: give `{now}` alone")))
         }

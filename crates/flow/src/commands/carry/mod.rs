@@ -70,7 +70,7 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
     let job = Job::new(given, &gather)?;
     let what = given.what.as_path();
     check_out(given)?;
-    check_out_file(&given.out, &[what])?;
+    check_out_file(&given.out, given.spec.files().chain([what]))?;
     if given.points || ends(what, &[".json"]) {
         return job.points();
     }

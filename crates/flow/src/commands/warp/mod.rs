@@ -152,7 +152,7 @@ fn names_a_kind(path: &Path) -> bool {
 /// Refuses what a series, or a file, cannot have.
 fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
     if file {
-        check_out_file(&given.out, &[&given.mesh])?;
+        check_out_file(&given.out, given.spec.files().chain([given.mesh.as_path()]))?;
     } else if names_a_kind(&given.out) && !given.out.is_dir() {
         return Err(usage(format!(
             "--out {}: a CT is written as .nrrd, .nii, .nii.gz or .mha, or as a DICOM series into a folder, whose name has no \

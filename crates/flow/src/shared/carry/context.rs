@@ -229,13 +229,17 @@ impl CarryContext {
             let compared = compared.transpose()?.unwrap_or_default();
             return Ok((compared.by_id, compared.warning.into_iter().collect()));
         };
-        let named = names_a_patient(path)? && !source.whose().id.is_empty();
         // A de-identified CT bears a pseudonym, by which it is compared when the object is made
         // ready for it.
         let exported = (!source.is_anonymised()).then(|| source.whose());
         let own = self.patient.as_ref().or(exported.as_ref());
-        let doubt = own.and_then(|own| compare_patient(path, own).ok()?.warning);
-        Ok((named, doubt.into_iter().collect()))
+        match own.map(|own| compare_patient(path, own)) {
+            Some(Ok(compared)) => Ok((compared.by_id, compared.warning.into_iter().collect())),
+            // In these words it is refused when it is made ready.
+            Some(Err(Error::OtherPatient { .. })) => Ok((true, vec![])),
+            Some(Err(error)) => Err(error),
+            None => Ok((names_a_patient(path)?, vec![])),
+        }
     }
 
     /// The headers that an object is written with.
