@@ -284,6 +284,9 @@ fn files_of_the_single_stages() {
 
 #[test]
 fn wrong_usage() {
+    let folder = scratch();
+    let case = Case::small().write(folder.path());
+    let case = case.to_str().unwrap();
     for words in [
         &["run"][..],
         &["fly"],
@@ -294,6 +297,7 @@ fn wrong_usage() {
         &["mesh", "--labels", "l.nrrd", "--centre", "1,2", "--radius", "9", "--tetrahedra", "9"],
         &["run", "case.toml", "--out", "out", "--until", "lunch"],
         &["run", "case.toml", "--out", "out", "--threads", "many"],
+        &["run", case, "--out", "out", "--set", "bed.ap=5", "--set", "table.ap=6"],
     ] {
         let said = Outcome::of(supine_command().args(words));
         assert_eq!(said.code, Some(USAGE), "{words:?}\n{}\n{}", said.stdout, said.stderr);

@@ -7,10 +7,11 @@ use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::Place;
 use crate::folder::{Folder, Series, kind};
 use crate::geometry::{not_supine, stack};
+use crate::padding::Padding;
 use crate::plausible::Tally;
 use crate::read::{Opened, SliceFile, shared};
 use crate::slice::Slice;
-use crate::warnings::distinct;
+use crate::warnings::{of_series, of_values};
 use dicom_dictionary_std::uids;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -249,7 +250,7 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
             None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
         },
     };
-    let mut warnings: Vec<Warning> = slices.iter().flat_map(|s| s.warnings.clone()).collect();
+    let mut warnings = of_series(&slices);
     let (grid, reason) = match stacked {
         Ok(stack) => {
             warnings.extend(stack.warnings);
@@ -279,7 +280,7 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
         patient_position: slices.first().map_or(String::new(), |s| s.patient_position.clone()),
         transfer_syntaxes: syntaxes.into_iter().map(str::to_owned).collect(),
         stored: stored.into_iter().collect::<Vec<_>>().join(", "),
-        warnings: distinct(warnings),
+        warnings,
         pixels: None,
     }
 }
@@ -311,24 +312,27 @@ fn look_at_pixels(
     // A file that cannot be opened is told once per slice below.
     let shared = shared(&files).unwrap_or_default();
     let done = AtomicUsize::new(0);
-    let decoded: Vec<Result<(SlicePixels, Tally), Error>> = files
+    let decoded: Vec<Result<SliceSeen, Error>> = files
         .par_iter()
         .map(|SliceFile { path, slice }| {
             progress.at(done.fetch_add(1, Ordering::Relaxed) as f64 / files.len() as f64)?;
-            let hu = match shared.get(path.as_path()) {
-                Some(opened) => opened.hu(slice),
-                None => Opened::new(path, slice).and_then(|opened| opened.hu(slice)),
-            };
-            hu.map(|hu| values(slice, &hu))
+            match shared.get(path.as_path()) {
+                Some(opened) => SliceSeen::of(opened, slice),
+                None => SliceSeen::of(&Opened::new(path, slice)?, slice),
+            }
         })
         .collect();
     let mut pixels = PixelReport { slices: Vec::new(), failed: Vec::new() };
-    let mut tally = Tally::default();
+    let (mut tally, mut padding, mut clipped) = (Tally::default(), Vec::new(), 0);
+    let mut zeros = None;
     for one in decoded {
         match one {
-            Ok((slice, counts)) => {
-                pixels.slices.push(slice);
-                tally.join(counts);
+            Ok(seen) => {
+                pixels.slices.push(seen.pixels);
+                tally.join(seen.tally);
+                padding.push(seen.padding);
+                clipped += seen.clipped;
+                zeros = zeros.or(seen.zeros);
             }
             Err(stopped @ Error::Stopped(_)) => return Err(stopped),
             Err(error) => pixels.failed.push(error.to_string()),
@@ -341,15 +345,31 @@ fn look_at_pixels(
     if let (true, Some(reason)) = (report.usable, fault) {
         (report.usable, report.reason) = (false, Some(reason));
     }
+    report.warnings.extend(zeros);
+    report.warnings.extend(of_values(&Padding::join(padding), clipped));
     report.pixels = Some(pixels);
     Ok(())
 }
 
-fn values(slice: &Slice, hu: &[i16]) -> (SlicePixels, Tally) {
-    let tally = Tally::of(hu);
-    let bytes: Vec<u8> = hu.iter().flat_map(|v| v.to_le_bytes()).collect();
-    let sha256 = format!("{:x}", Sha256::digest(&bytes));
-    (SlicePixels { file: slice.file.clone(), hu_range: tally.range(), sha256 }, tally)
+/// What decoding a slice showed.
+struct SliceSeen {
+    pixels: SlicePixels,
+    tally: Tally,
+    padding: Padding,
+    clipped: usize,
+    zeros: Option<Warning>,
+}
+
+impl SliceSeen {
+    fn of(opened: &Opened, slice: &Slice) -> Result<Self, Error> {
+        let mut hu = opened.hu(slice)?;
+        let tally = Tally::of(&hu);
+        let bytes: Vec<u8> = hu.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let sha256 = format!("{:x}", Sha256::digest(&bytes));
+        let (padding, clipped) = opened.measured(slice, 0, &mut hu)?;
+        let pixels = SlicePixels { file: slice.file.clone(), hu_range: tally.range(), sha256 };
+        Ok(Self { pixels, tally, padding, clipped, zeros: opened.told_zeros() })
+    }
 }
 
 fn grid_report(grid: &supine_space::Grid) -> GridReport {

@@ -9,12 +9,12 @@ use crate::form;
 use crate::geometry::{Stack, stack};
 use crate::multi_frame;
 use crate::padding::Padding;
-use crate::pixel_format::{Frame, Rescale};
+use crate::pixel_format::Frame;
 use crate::pixels;
 use crate::plausible::Tally;
 use crate::slice::Slice;
 use crate::source::{Source, SourceSlice};
-use crate::warnings::distinct;
+use crate::warnings::{of_series, of_values};
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -138,7 +138,7 @@ pub(crate) fn read_folder(
     let mut padding = Padding::join(padding);
     info.padded_voxels = padding.len();
     info.hu_range = Tally::of(&hu).plausible()?;
-    warn(&mut info, &source);
+    warn(&mut info, &source, &padding);
     if let Some(steps) = stack.equalised {
         hu = steps.volume(&hu, columns * rows);
         source = steps.headers(&source, &stack.grid);
@@ -269,20 +269,35 @@ impl Opened {
 
     /// Decodes a slice whose first voxel is `start` into its HU.
     fn decode(&self, slice: &Slice, start: usize, hu: &mut [i16]) -> Result<Decoded, Error> {
-        let samples = self.samples(slice)?;
-        rescale(slice, &samples, hu);
-        let (clipped, padding) = padding_and_clipped(slice, &samples, start, hu);
+        let (padding, clipped) = self.measured(slice, start, hu)?;
         let mut header = match self.frames.get(slice.frame.index) {
             Some(header) => header.clone(),
             None => self.data.without(tags::PIXEL_DATA),
         };
         form::mend(&mut header);
         let mut slice = slice.clone();
-        if self.zeros > 0 {
-            slice.warnings.push(Warning::new("zeros-behind-data", ZEROS));
-        }
+        slice.warnings.extend(self.told_zeros());
         let source = SourceSlice { header, slice };
         Ok(Decoded { source, padding, clipped })
+    }
+
+    /// The HU of a slice whose first voxel is `start`, what has no measurement being air; what
+    /// that is, and how many voxels were clipped.
+    pub(crate) fn measured(
+        &self,
+        slice: &Slice,
+        start: usize,
+        hu: &mut [i16],
+    ) -> Result<(Padding, usize), Error> {
+        let samples = self.samples(slice)?;
+        rescale(slice, &samples, hu);
+        let (clipped, padding) = padding_and_clipped(slice, &samples, start, hu);
+        Ok((padding, clipped))
+    }
+
+    /// That the file is longer than what it holds.
+    pub(crate) fn told_zeros(&self) -> Option<Warning> {
+        (self.zeros > 0).then(|| Warning::new("zeros-behind-data", ZEROS))
     }
 
     /// The HU of a slice as its numbers say, padding included.
@@ -345,75 +360,15 @@ fn left_out(folder: &Folder, series: &Series) -> Vec<LeftOut> {
     left
 }
 
-/// Two files that bear one SOP Instance UID: archives keep only one of them.
-fn shared_instance(source: &[SourceSlice]) -> Option<String> {
-    let mut seen = BTreeMap::new();
-    // Frames of one file are one instance.
-    let mut single = source.iter().filter(|s| s.slice.frame == Frame::ONLY);
-    single.find_map(|SourceSlice { header, slice: Slice { file, .. } }| {
-        let other = seen.insert(header.text(tags::SOP_INSTANCE_UID), file)?;
-        Some(format!(
-            "{other} and {file} bear the same SOP Instance UID: archives keep one of them"
-        ))
-    })
-}
-
-/// Most slices that are named in one warning.
-const MOST_NAMED: usize = 5;
-
-/// What is said where slices have different rescales. Some scanners give each its own; a few that
-/// differ from all others may be a fault and are named.
-fn different_rescales(source: &[SourceSlice]) -> Option<String> {
-    let mut groups: Vec<(Rescale, Vec<&str>)> = Vec::new();
-    for SourceSlice { slice, .. } in source {
-        match groups.iter_mut().find(|(rescale, _)| *rescale == slice.rescale) {
-            Some((_, files)) => files.push(&slice.file),
-            None => groups.push((slice.rescale, vec![&slice.file])),
-        }
-    }
-    groups.sort_by_key(|(_, files)| std::cmp::Reverse(files.len()));
-    let told = "the rescale differs from slice to slice; it was applied per slice";
-    let line = |of: &Rescale| format!("{} x value + {}", of.slope, of.intercept);
-    match groups.as_slice() {
-        [] | [_] => None,
-        [(usual, _), (odd, files)] if files.len() <= MOST_NAMED => {
-            let (files, odd, usual) = (files.join(", "), line(odd), line(usual));
-            Some(format!("{told}: {files} has HU = {odd}, all others {usual}"))
-        }
-        _ => Some(told.into()),
-    }
-}
-
 /// Adds the warnings that need the whole series.
-fn warn(info: &mut ReadInfo, source: &[SourceSlice]) {
-    info.warnings.extend(distinct(source.iter().flat_map(|s| s.slice.warnings.iter().cloned())));
-    let mut warn = |code, text: String| info.warnings.push(Warning::new(code, text));
-    let rescales: Vec<Rescale> = source.iter().map(|s| s.slice.rescale).collect();
-    if let Some(text) = different_rescales(source) {
-        warn("rescale-per-slice", text);
-    }
-    if rescales.iter().any(|r| r.slope.fract() != 0.0 || r.intercept.fract() != 0.0) {
-        let text = "the rescale is not whole-numbered; HU were rounded to integers";
-        warn("rescale-rounded", text.into());
-    }
-    if let Some(text) = shared_instance(source) {
-        warn("instance-uid-twice", text);
-    }
-    if info.padded_voxels > 0 {
-        let text =
-            "voxels hold no measurement (padding, or below -1024 HU); they are taken for air";
-        warn("padding-as-air", format!("{} {text}", info.padded_voxels));
-    }
-    if info.clipped_voxels > 0 {
-        warn(
-            "clipped-to-16-bits",
-            format!("{} voxels were clipped to 16 bits", info.clipped_voxels),
-        );
-    }
+fn warn(info: &mut ReadInfo, source: &[SourceSlice], padding: &Padding) {
+    let slices: Vec<&Slice> = source.iter().map(|s| &s.slice).collect();
+    info.warnings.extend(of_series(&slices));
+    info.warnings.extend(of_values(padding, info.clipped_voxels));
     let of_another = [Reason::ImageOfAnotherSeries, Reason::LocalizerOfAnotherSeries];
     let series = info.left_out.iter().filter(|l| of_another.contains(&l.reason)).count();
     if series > 0 {
         let text = format!("{series} CT file(s) of other series were left out");
-        warn("other-series-left-out", text);
+        info.warnings.push(Warning::new("other-series-left-out", text));
     }
 }

@@ -88,6 +88,10 @@ impl Slice {
     ) -> Result<Self, Error> {
         let r = Reader { file, set };
         let mut warnings = Vec::new();
+        let modality = set.text(tags::MODALITY);
+        if !modality.is_empty() && modality != "CT" {
+            return r.fail("Modality", format!("is {modality:?}, that of a CT image is CT"));
+        }
         let pixels = pixel_format(&r, syntax, pixel_bytes, &mut warnings)?;
         let rescale = rescale(&r, accept, &mut warnings)?;
         let padding = padding(set, pixels, &mut warnings);

@@ -4,7 +4,8 @@
 //! follow each other with the same structure and contour number are one contour.
 
 use crate::{Error, Problem, file, table};
-use std::{collections::BTreeMap, path::Path};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use supine_space::{Point, from_cell, to_cell};
 use supine_volume::Rule;
 
@@ -45,6 +46,8 @@ fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
     // Of each name: a file may hold as many names as rows.
     let mut places: BTreeMap<String, usize> = BTreeMap::new();
     let mut last: Option<(usize, String)> = None;
+    let mut begun: BTreeSet<(usize, String)> = BTreeSet::new();
+    let mut resumed = None;
     for record in table::rows(bytes, &HEADING)?.records() {
         let record = record.map_err(table::malformed)?;
         let line = table::line_of(&record);
@@ -64,12 +67,24 @@ fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
         if !goes_on {
             contours.push(vec![]);
             last = Some((at, number.into()));
+            if !begun.insert((at, number.into())) {
+                resumed = resumed.or(Some(line));
+            }
         }
         if let Some(contour) = contours.last_mut() {
             contour.push(xyz.into());
         }
     }
-    Ok(structures)
+    let is_cut = |contour: &Vec<Point>| contour.len() < 3;
+    match resumed {
+        // A number may come again, in another plane: then each of its contours is whole.
+        Some(line) if structures.iter().any(|s| s.contours.iter().any(is_cut)) => {
+            let reason = "it goes on with a contour that other rows interrupted: rows of one contour have to \
+                          follow each other";
+            Err(Problem::Line { line, reason: reason.into() })
+        }
+        _ => Ok(structures),
+    }
 }
 
 /// Writes contours as CSV with the heading `structure,contour,x,y,z`; contours are counted from 1
@@ -121,7 +136,7 @@ mod tests {
     #[test]
     fn as_many_structures_as_rows_are_read_by_name() {
         // Each row was compared with every name before it: minutes for this file.
-        let rows = (0..200_000).map(|n| format!("S{},1,{n},0,0\n", n % 150_000));
+        let rows = (0..200_000).map(|n| format!("S{},{n},{n},0,0\n", n % 150_000));
         let text = format!("structure,contour,x,y,z\n{}", rows.collect::<String>());
         let read = parse(text.as_bytes()).unwrap();
         assert_eq!(read.len(), 150_000);
@@ -138,5 +153,7 @@ mod tests {
         assert_eq!(line(b"name,x,y,z\na,1,2,3\n"), 1);
         assert_eq!(line(b"structure,contour,x,y,z\nA,1,0,0,0\nA,1,0,nan,0\n"), 3);
         assert_eq!(line(b"structure,contour,x,y,z\nA,1,0,0\n"), 2);
+        let turns = b"structure,contour,x,y,z\nA,1,0,0,0\nB,1,5,0,0\nA,1,1,0,0\nB,1,6,0,0\n";
+        assert_eq!(line(turns), 4);
     }
 }

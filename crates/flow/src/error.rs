@@ -6,6 +6,10 @@ use crate::spec::{CaseError, readable};
 use std::path::PathBuf;
 use supine_space::Failure;
 
+/// Added where an object of the patient cannot be told from one of another scan.
+const WITHOUT_KEY: &str = "; the run is de-identified and the key to its identifiers is not here: which objects were made on its CT \
+     cannot be told without it";
+
 /// Why there is no result; [`Error::kind`] says what kind of failure it is.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -183,14 +187,17 @@ pub enum Error {
     },
     /// What is carried belongs to another scan.
     #[error(
-        "{path} was drawn in another frame of reference than that of the CT{}",
-        .region.as_ref().map_or(String::new(), |name| format!(" (its region {name:?})"))
+        "{path} was drawn in another frame of reference than that of the CT{}{}",
+        .region.as_ref().map_or(String::new(), |name| format!(" (its region {name:?})")),
+        if *.without_key { WITHOUT_KEY } else { "" }
     )]
     OtherFrame {
         /// The object.
         path: PathBuf,
         /// The first region that was, of a structure set.
         region: Option<String>,
+        /// The CT is de-identified, and what its identifiers were is not known.
+        without_key: bool,
     },
     /// A CT that is given beside a run is not the one that the run was made from.
     #[error(

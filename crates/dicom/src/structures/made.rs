@@ -50,6 +50,6 @@ impl Structures {
         }
         header.put_items(tags::STRUCTURE_SET_ROI_SEQUENCE, named);
         header.put_items(tags::RTROI_OBSERVATIONS_SEQUENCE, observed);
-        Self { file: String::new(), rois, header }
+        Self { file: String::new(), rois, header, warnings: vec![] }
     }
 }

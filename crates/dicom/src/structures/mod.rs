@@ -147,6 +147,7 @@ pub struct Structures {
     pub(crate) rois: Vec<Roi>,
     /// All but the contours.
     pub(crate) header: DataSet,
+    warnings: Vec<Warning>,
 }
 
 impl std::fmt::Debug for Structures {
@@ -159,6 +160,11 @@ impl Structures {
     /// The regions, in the order of the file.
     pub fn rois(&self) -> &[Roi] {
         &self.rois
+    }
+
+    /// What a user must know of the set as a whole.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// Volume and centroid of a region, LPS, mm.
@@ -211,7 +217,8 @@ impl Structures {
         same_frame_of_reference(&self.file, &roi.frame_of_reference, frame_of_reference)?;
         let (mask, filled) = fill_contours(grid, &roi.contours, roi.rule)
             .map_err(|source| self.contours_of(roi, source))?;
-        let mut warnings = warnings_of(roi, &filled);
+        let mut warnings = self.warnings.clone();
+        warnings.extend(warnings_of(roi, &filled));
         warnings.extend(roi.oddly_drawn());
         if frame_of_reference.is_none() {
             warnings.push(not_compared());
@@ -244,7 +251,11 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         return object.unsupported(format!("not a structure set: {}", crate::folder::kind(&class)));
     }
     let sets = object.set.text(tags::SPECIFIC_CHARACTER_SET);
-    let only_frame = only_frame(&object.set);
+    let (frames, mut nameless) = (frames(&object.set), 0);
+    let only_frame = match frames.as_slice() {
+        [only] => only.clone(),
+        _ => String::new(),
+    };
     let mut rois: Vec<Roi> = Vec::new();
     for item in object.set.items(tags::STRUCTURE_SET_ROI_SEQUENCE) {
         let Some(number) = parse_is(&item.text(tags::ROI_NUMBER)) else {
@@ -275,7 +286,10 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         }
     }
     for item in object.set.items(tags::ROI_CONTOUR_SEQUENCE) {
-        let Some(roi) = referenced(&mut rois, item) else { continue };
+        let Some(roi) = referenced(&mut rois, item) else {
+            nameless += item.items(tags::CONTOUR_SEQUENCE).len();
+            continue;
+        };
         roi.colour = colour(item);
         for contour in item.items(tags::CONTOUR_SEQUENCE) {
             let kind = contour.text(tags::CONTOUR_GEOMETRIC_TYPE);
@@ -296,19 +310,46 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         }
     }
     object.set.remove(tags::ROI_CONTOUR_SEQUENCE);
-    Ok(Structures { file: object.file, rois, header: object.set })
+    let warnings = of_the_set(&rois, nameless, &frames);
+    Ok(Structures { file: object.file, rois, header: object.set, warnings })
 }
 
-/// The frame of reference that a structure set names as a whole (Referenced Frame of Reference
-/// Sequence), if that is one: then its regions were drawn there, where they do not say so
-/// themselves. Else empty.
-fn only_frame(set: &DataSet) -> String {
-    let frames = set.items(tags::REFERENCED_FRAME_OF_REFERENCE_SEQUENCE);
+/// The frames of reference that a structure set names as a whole: in its Referenced Frame of
+/// Reference Sequence, else as its own. Where it is one, regions were drawn there that do not say
+/// so themselves.
+fn frames(set: &DataSet) -> Vec<String> {
+    let named = set.items(tags::REFERENCED_FRAME_OF_REFERENCE_SEQUENCE);
     let mut all: Vec<String> =
-        frames.iter().map(|item| item.text(tags::FRAME_OF_REFERENCE_UID)).collect();
+        named.iter().map(|item| item.text(tags::FRAME_OF_REFERENCE_UID)).collect();
+    if all.is_empty() {
+        all.push(set.text(tags::FRAME_OF_REFERENCE_UID));
+    }
+    all.retain(|uid| !uid.is_empty());
     all.sort();
     all.dedup();
-    all.pop().filter(|_| all.is_empty()).unwrap_or_default()
+    all
+}
+
+/// What a user must know of a structure set as a whole: `nameless` of its contours name a region
+/// that it does not have, and it names `frames`.
+fn of_the_set(rois: &[Roi], nameless: usize, frames: &[String]) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if nameless > 0 {
+        let text = format!(
+            "{nameless} contour(s) name a region that the structure set does not have; they are left out"
+        );
+        warnings.push(Warning::new("contours-of-no-region", text));
+    }
+    let contradicts = |roi: &&Roi| {
+        let frame = &roi.frame_of_reference;
+        !frames.is_empty() && !frame.is_empty() && !frames.contains(frame)
+    };
+    if let Some(roi) = rois.iter().find(contradicts) {
+        warnings.push(Warning::new("frame-contradicts", "the region ").name(&roi.name).text(
+            " names a frame of reference that its structure set does not: it is taken where the region says",
+        ));
+    }
+    warnings
 }
 
 /// The region that an item belongs to.

@@ -119,6 +119,34 @@ fn a_region_without_a_frame_was_drawn_in_the_only_one_that_its_set_names() {
 }
 
 #[test]
+fn what_a_set_contradicts_itself_in_is_told() {
+    assert!(structures().warnings().is_empty(), "{:?}", structures().warnings());
+    let told = |change: fn(&mut DefaultDicomObject)| {
+        let warnings = changed(change).unwrap().warnings().to_vec();
+        warnings.iter().map(|w| (w.code().to_owned(), w.to_string())).collect::<Vec<_>>()
+    };
+    // Its first region's contours name a region that is not there.
+    let nameless = told(|object| {
+        let mut drawn = object.element(tags::ROI_CONTOUR_SEQUENCE).unwrap().clone();
+        let item = &mut drawn.items_mut().unwrap()[0];
+        item.put_str(tags::REFERENCED_ROI_NUMBER, VR::IS, "99");
+        object.put(drawn);
+    });
+    assert!(nameless.len() == 1 && nameless[0].0 == "contours-of-no-region", "{nameless:?}");
+    assert!(nameless[0].1.starts_with("5 contour(s) name a region"), "{nameless:?}");
+    // The set as a whole names another frame of reference than its regions.
+    let contradicts = told(|object| {
+        let mut item = InMemDicomObject::new_empty();
+        item.put_str(tags::FRAME_OF_REFERENCE_UID, VR::UI, "2.25.8");
+        let items = DataSetSequence::from(vec![item]);
+        let tag = tags::REFERENCED_FRAME_OF_REFERENCE_SEQUENCE;
+        object.put(DataElement::new(tag, VR::SQ, items));
+    });
+    assert!(contradicts.len() == 1 && contradicts[0].0 == "frame-contradicts", "{contradicts:?}");
+    assert!(contradicts[0].1.contains("Outline"), "{contradicts:?}");
+}
+
+#[test]
 fn a_set_of_open_lines_alone_is_refused_by_what_it_holds() {
     let open = drawn(&[("OPEN_PLANAR", square(1, 4.0), ""), ("OPEN_PLANAR", square(2, 4.0), "")]);
     let text = open.unwrap().refuse_open().unwrap_err().to_string();

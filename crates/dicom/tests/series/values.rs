@@ -3,7 +3,8 @@
 use crate::support::{Slice, folder, put, put_samples, read, refusal, six, stored};
 use dicom_core::{PrimitiveValue, VR};
 use dicom_dictionary_std::tags;
-use supine_dicom::{Accept, ReadParams, read_series};
+use std::collections::BTreeSet;
+use supine_dicom::{Accept, Depth, ReadParams, inspect, read_series};
 use supine_space::{Progress, Warning};
 use supine_volume::{Ct, Field};
 
@@ -157,6 +158,59 @@ fn padding_is_air_in_the_volume() {
     assert_eq!(ct.data()[70..65536], plain.data()[70..65536]);
     let told = warnings.iter().any(|w| w.to_string().starts_with("420 voxels hold no measurement"));
     assert!(told, "{warnings:?}");
+}
+
+#[test]
+fn a_padding_value_of_tissue_is_told() {
+    let (.., warnings) = both(|_, slice, mut samples| {
+        samples[..64].fill(1024 + 40);
+        put(slice, tags::PIXEL_PADDING_VALUE, VR::US, 1024u16 + 40);
+        put_samples(slice, samples);
+    });
+    let told = warnings.iter().find(|w| w.code() == "padding-in-tissue").unwrap().to_string();
+    assert!(told.contains("(40 HU)") && told.contains("Pixel Padding Value"), "{told}");
+}
+
+#[test]
+fn inspecting_tells_what_reading_tells() {
+    let mut slices = six();
+    for (n, (slice, mut samples)) in slices.iter_mut().zip(stored(&six())).enumerate() {
+        samples[..64].fill(1024 + 40);
+        put(slice, tags::PIXEL_PADDING_VALUE, VR::US, 1024u16 + 40);
+        put_samples(slice, samples);
+        match n {
+            0 | 1 => put(slice, tags::SOP_INSTANCE_UID, VR::UI, "2.25.7"),
+            3 => put(slice, tags::RESCALE_INTERCEPT, VR::DS, "-1000.5"),
+            _ => {}
+        }
+    }
+    let dir = folder(&slices);
+    let last = dir.path().join("5.dcm");
+    let mut bytes = std::fs::read(&last).unwrap();
+    bytes.extend([0; 512]);
+    std::fs::write(&last, bytes).unwrap();
+    let (.., info) = read(dir.path()).unwrap();
+    let codes = |warnings: &[Warning]| -> BTreeSet<String> {
+        warnings.iter().map(|w| w.code().to_owned()).collect()
+    };
+    let seen = |depth| {
+        let found = inspect(dir.path(), depth, Accept::default(), Progress::none()).unwrap();
+        codes(&found.series[0].warnings)
+    };
+    let (all, pixels, headers) = (codes(&info.warnings), seen(Depth::Pixels), seen(Depth::Headers));
+    assert_eq!(pixels, all);
+    let of_pixels = ["padding-as-air", "padding-in-tissue", "zeros-behind-data"];
+    let missing: Vec<&String> = all.difference(&headers).collect();
+    assert_eq!(missing, of_pixels);
+    assert_eq!(headers.len(), 3, "{headers:?}");
+}
+
+#[test]
+fn an_image_of_another_modality_is_refused() {
+    let mut slices = six();
+    put(&mut slices[2], tags::MODALITY, VR::CS, "MR");
+    let message = refusal(&slices);
+    assert!(message.contains("2.dcm") && message.contains("Modality is \"MR\""), "{message}");
 }
 
 #[test]

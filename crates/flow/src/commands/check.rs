@@ -105,7 +105,7 @@ pub struct CheckedTumour {
 /// Why the case cannot be run.
 pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error> {
     let spec = spec(&given.case, &given.changes)?;
-    spec.note_former(observer);
+    spec.note_doubts(observer);
     spec.check_complete()?;
     let session = super::session(&spec)?;
     let redone = redone(given, &session)?;

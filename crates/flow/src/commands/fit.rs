@@ -41,7 +41,7 @@ pub struct FitDone {
 /// When the case names no scan of the sitting patient, cannot be used, or a stage fails.
 pub fn fit(given: &Fit, observer: &dyn Observer) -> Result<FitDone, Error> {
     let spec = spec(&given.case, &given.changes)?;
-    spec.note_former(observer);
+    spec.note_doubts(observer);
     spec.check_complete()?;
     if spec.case()?.fit_scans().is_none() {
         return Err(input(

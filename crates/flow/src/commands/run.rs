@@ -105,7 +105,7 @@ fn values_into(
     observer: &dyn Observer,
     peak_memory_mb: &mut Option<f64>,
 ) -> Result<RunDone, Error> {
-    spec.note_former(observer);
+    spec.note_doubts(observer);
     if anonymise {
         spec.set("export.anonymise", &Json::Bool(true))?;
     }
@@ -152,7 +152,14 @@ pub(crate) fn finished(session: &Session, out: &Path) -> Result<Option<Summary>,
 /// The values of a case with some changes.
 pub(crate) fn spec(case: &Path, changes: &[Change]) -> Result<Spec, Error> {
     let mut spec = Spec::read(case)?;
-    for Change { key, value } in changes {
+    for (n, Change { key, value }) in changes.iter().enumerate() {
+        // The last of two changes of one key holds; but nobody gives a key two names for that.
+        if let Some(other) = changes[..n].iter().find(|other| Spec::by_two_names(&other.key, key)) {
+            return Err(super::usage(format!(
+                "`{}` and `{key}` are the same: give one of them alone",
+                other.key
+            )));
+        }
         spec.change(key, value)?;
     }
     Ok(spec)

@@ -50,7 +50,8 @@ impl TumourCache {
                 file.check_unchanged()?;
                 let found = drawn(&structures, name)?;
                 let of_it = structures.rois().iter().filter(|roi| roi.name == name);
-                let odd = of_it.flat_map(Roi::oddly_drawn).collect();
+                let odd = of_it.flat_map(Roi::oddly_drawn);
+                let odd = structures.warnings().iter().cloned().chain(odd).collect();
                 known.entry(key).or_insert((found, odd)).clone()
             }
         };

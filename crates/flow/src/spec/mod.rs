@@ -73,6 +73,9 @@ fn not_finite(table: &toml::Table) -> Option<String> {
     })
 }
 
+/// No breast is stiffer as a whole, kPa: its gland comes to some tens (Krouskop et al. 1998).
+const STIFFEST_KPA: f64 = 100.0;
+
 /// The same values, whatever their keys were called.
 impl PartialEq for Spec {
     fn eq(&self, other: &Self) -> bool {
@@ -134,11 +137,19 @@ impl Spec {
         &self.former
     }
 
-    /// Notes the former names that were used.
-    pub(crate) fn note_former(&self, observer: &dyn Observer) {
+    /// Notes the former names that were used, and a modulus that seems to be in Pa.
+    pub(crate) fn note_doubts(&self, observer: &dyn Observer) {
         for (former, now) in read::FORMER.iter().filter(|(old, _)| self.former.contains(old)) {
             observer
                 .note(&format!("the key `{former}` is called `{now}` now; it is read as before"));
+        }
+        if let Some(&Value::Number(kpa)) = self.get("tissue.young")
+            && kpa > STIFFEST_KPA
+        {
+            observer.note(&format!(
+                "`tissue.young` is {kpa} kPa, far beyond any breast: was {} kPa ({kpa} Pa) meant?",
+                kpa / 1000.0
+            ));
         }
     }
 
@@ -220,6 +231,11 @@ impl Spec {
             key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
         within(&one, &other) || within(&other, &one)
+    }
+
+    /// Whether two keys give a value for the same, one by its former name and one by its present.
+    pub(crate) fn by_two_names(one: &str, other: &str) -> bool {
+        Self::says_the_same(one, other) && read::former_of(one) != read::former_of(other)
     }
 
     /// The folder from which paths lead.

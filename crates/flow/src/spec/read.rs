@@ -120,12 +120,16 @@ fn complaint(key: &str) -> String {
         return format!("the key `{key}` is not supported by this version: remove it");
     }
     let name = key.rsplit('.').next().unwrap_or(key);
-    let near = match current(key).split_once('.') {
-        Some((table, _)) if is_table(table) => {
-            let within = TABLE.iter().filter(|p| p.path().0 == Some(table)).map(|p| p.path().1);
-            nearest(name, within).map(|key| format!("{table}.{key}"))
+    let tables = || TABLE.iter().map(|p| p.path().0.unwrap_or(p.key));
+    let lower = key.to_lowercase();
+    let near = match current(&lower).split_once('.') {
+        Some((table, _)) => {
+            let table = if is_table(table) { Some(table) } else { nearest(table, tables()) };
+            let within = TABLE.iter().filter(|p| p.path().0 == table).map(|p| p.path().1);
+            table.zip(nearest(name, within)).map(|(table, key)| format!("{table}.{key}"))
         }
-        _ => nearest(name, TABLE.iter().map(|p| p.path().0.unwrap_or(p.key))).map(str::to_owned),
+        None if is_table(&lower) => Some(current(&lower).into_owned()),
+        None => nearest(name, tables()).map(str::to_owned),
     };
     let hint = near.map_or(String::new(), |k| format!(": did you mean `{k}`?"));
     format!("unknown key `{key}`{hint}")
@@ -162,6 +166,8 @@ mod tests {
             ("tumor = 1", "unknown key `tumor`: did you mean `tumour`?"),
             ("[tissue]\nyuong = 1", "unknown key `tissue.yuong`: did you mean `tissue.young`?"),
             ("tisue = { young = 1.0 }", "unknown key `tisue`: did you mean `tissue`?"),
+            ("Bed = { ap = 5.0 }", "unknown key `Bed`: did you mean `table`?"),
+            ("'tumor.radius' = 9", "unknown key `tumor.radius`: did you mean `tumour.radius`?"),
         ] {
             assert_eq!(complaint_about(text).as_deref(), Some(told));
         }
@@ -185,6 +191,9 @@ mod tests {
             same("bed.ap", "table.ap") && same("table", "bed.lat") && !same("bed.ap", "bed.lat")
         );
         assert!(!same("tissue", "tissues"));
+        let two = crate::spec::Spec::by_two_names;
+        assert!(two("bed.ap", "table.ap") && two("table", "bed.lat"));
+        assert!(!two("table.ap", "table.ap") && !two("bed.ap", "bed.ap"));
         let none = read("table = { ap = nan }").unwrap_err();
         assert!(none.contains("`table.ap`: nan and inf are no numbers"), "{none}");
         let typo = read("bed = { app = 7.0 }").unwrap_err();

@@ -167,7 +167,8 @@ impl CarryContext {
     /// As [`Self::dose`].
     pub(crate) fn structures(&self, path: &Path) -> Result<(Structures, Vec<Warning>), Error> {
         let structures = read_structures(path).map_err(Error::Carried)?;
-        let mut warnings = self.compare(path, &Drawn::regions(&structures))?;
+        let mut warnings = structures.warnings().to_vec();
+        warnings.extend(self.compare(path, &Drawn::regions(&structures))?);
         let Some(source) = self.whose() else { return Ok((structures, warnings)) };
         let exported = structures.for_export(source, self.anonymiser.as_ref());
         let (structures, renamed) = exported.map_err(Error::Carried)?;
@@ -209,7 +210,12 @@ impl CarryContext {
         };
         let other = drawn.iter().find(|one| !one.frame.is_empty() && !same(&one.frame));
         if let Some(Drawn { region, .. }) = other {
-            return Err(Error::OtherFrame { path: path.into(), region: region.clone() });
+            let anonymised = self.whose().is_some_and(Source::is_anonymised);
+            return Err(Error::OtherFrame {
+                path: path.into(),
+                region: region.clone(),
+                without_key: anonymised && self.anonymiser.is_none(),
+            });
         }
         if drawn.iter().any(|one| one.frame.is_empty()) {
             if !named {
