@@ -183,7 +183,7 @@ impl Patient {
                 row["beyond_mm"] = beyond.into();
                 row["cut"] = cut.into();
                 row["pose"] = pose.name.into();
-                row["spring_kpa_mm"] = info.spring_kpa_mm.into();
+                row["spring_kpa_mm"] = info.solve.spring_kpa_mm.into();
                 rows.push(row);
             }
         }

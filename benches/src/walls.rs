@@ -103,17 +103,11 @@ fn breast(ct: &Ct, labels: &LabelMap, side: Side, field: &Field) -> String {
         Ok(breast) => breast,
         Err(error) => return format!("no breast: {error}"),
     };
-    let middle = breast.centre();
-    let place = |region: Sphere| BreastPlace {
-        region,
-        side,
-        breast: Some(&breast),
-        uncertainty: None,
-        middle,
-    };
+    let place =
+        |region: Sphere| BreastPlace { region, side, breast: Some(&breast), uncertainty: None };
     // Small, so that what lies round the breast refuses nothing.
     let checked =
-        Sphere::new(middle, 20.0).ok().map(|r| check_region(ct, field, labels, &place(r)));
+        Sphere::new(breast.centre(), 20.0).ok().map(|r| check_region(ct, field, labels, &place(r)));
     let checks = match checked {
         Some(Ok(checked)) => checked.checks,
         Some(Err(error)) => return format!("cut: {error}"),

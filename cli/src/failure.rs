@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use std::path::Path;
-use supine_flow::{Place, RunError};
+use supine_flow::{RunError, RunPlace};
 use supine_space::Failure as Kind;
 
 /// A message for people and a kind, which has the exit code for scripts.
@@ -13,7 +13,7 @@ pub(crate) struct Failure {
     status: &'static str,
     code: &'static str,
     // Failures are rare and results small: it does not weigh on them.
-    place: Box<Place>,
+    place: Box<RunPlace>,
     advice: Option<String>,
 }
 
@@ -55,7 +55,7 @@ impl Failure {
     pub(crate) fn json(&self) -> Value {
         let (message, advice) = (self.message.clone(), self.advice.clone());
         let mut error = RunError::new(self.kind, self.code, message, advice);
-        error.place = (*self.place).clone().into();
+        error.place = (*self.place).clone();
         json!({ "status": self.status, "error": error })
     }
 

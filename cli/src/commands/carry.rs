@@ -50,7 +50,8 @@ fn text(done: &CarryDone, out: &Path) -> String {
             format!("{out}: labels{}", rows.collect::<String>())
         }
         CarryDone::Segments { segments, .. } => {
-            let rows = segments.iter().map(|s| row(&s.name, s.before_ml, s.after_ml));
+            let rows =
+                segments.iter().map(|s| &s.region).map(|s| row(&s.name, s.before_ml, s.after_ml));
             format!("{out}: segments{}", rows.collect::<String>())
         }
         CarryDone::Contours { structures, .. } => {

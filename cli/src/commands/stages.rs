@@ -105,7 +105,7 @@ pub(crate) fn coarsen(args: args::Coarsen, screen: &Screen) -> Result<End, Failu
 
 fn tell_mesh(done: &MeshDone, screen: &Screen) {
     let facts = &done.facts;
-    let far = facts.surfaces.iter().map(|s| s.max_mm).fold(0.0, f64::max);
+    let far = facts.surfaces.iter().map(|s| s.distance.max_mm).fold(0.0, f64::max);
     let text = format!(
         "{}: {} tetrahedra, dihedral angles {:.1} to {:.1} degrees, {:.1} ml, surface within {far:.2} mm",
         done.mesh.display(),
@@ -174,7 +174,7 @@ pub(crate) fn warp(args: args::Warp, screen: &Screen) -> Result<End, Failure> {
     }
     if let (Some(folder), Some(r)) = (&folder, &done.registration) {
         let what = "registrations; between their vectors off the map:";
-        text += &line(folder, what, [r.mean_mm, r.p99_mm, r.max_mm]);
+        text += &line(folder, what, [r.error.mean_mm, r.error.p99_mm, r.error.max_mm]);
     }
     screen.result(&done, &text);
     Ok(End::Done)

@@ -292,11 +292,11 @@ impl Job<'_> {
         let Coupling { site, place, .. } = &coupling;
         let from_ct = from_ct(&place.u, &site.to_ct);
         if let Ok(ratio) = site.model.volume_ratio(&place.u) {
-            (info.min_det_f, info.max_det_f) = (ratio.min, ratio.max);
-            info.min_det_f_at = self.middle(&site.model.elements.nodes[ratio.worst]);
+            (info.solve.min_det_f, info.solve.max_det_f) = (ratio.min, ratio.max);
+            info.solve.min_det_f_mm = self.middle(&site.model.elements.nodes[ratio.worst]).into();
         }
         self.warn::<N>(positions, &from_ct, &mut info);
-        info.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
+        info.solve.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
         Ok((coupling, info))
     }
 

@@ -64,11 +64,11 @@ fn springs_have_the_stiffness_of_a_layer_as_thick_as_the_cut() {
     let (_, info) = moved(Params { cut: Cut::Spring, ..Params::default() });
     let mu = 1.5 / 2.9;
     let want = PI * mu / (2.0 * THICK_MM);
-    assert!((info.spring_kpa_mm.unwrap() - want).abs() < 1e-9, "{info:?}");
+    assert!((info.solve.spring_kpa_mm.unwrap() - want).abs() < 1e-9, "{info:?}");
     let given = Params { cut: Cut::Spring, spring_kpa_mm: Some(0.3), ..Params::default() };
-    assert!((moved(given).1.spring_kpa_mm.unwrap() - 0.3).abs() < 1e-12);
+    assert!((moved(given).1.solve.spring_kpa_mm.unwrap() - 0.3).abs() < 1e-12);
     let free = Params { cut: Cut::Free, ..Params::default() };
-    assert_eq!(moved(free).1.spring_kpa_mm, None);
+    assert_eq!(moved(free).1.solve.spring_kpa_mm, None);
 }
 
 #[test]

@@ -275,7 +275,7 @@ impl<'a> Job<'a> {
         let Solved { u, slope, mut info } = solved;
         let mesh = &self.body.mesh;
         let deformation = deformed(mesh, self.edges, u)?;
-        info.max_displacement_mm = deformation.displacement().max_norm();
+        info.solve.max_displacement_mm = deformation.displacement().max_norm();
         let slope = slope.map(|s| Displacement::new(mesh, self.edges, s)).transpose()?;
         Ok(Solution { deformation, slope, info })
     }
@@ -333,7 +333,7 @@ impl<'a> Job<'a> {
             corners.iter().any(|s| parent_map(&moved, element, s).determinant() <= 0.0)
         };
         let folds = nodes.iter().filter(folded).count();
-        let squeezed_at = info.min_det_f_at;
+        let squeezed_at = info.solve.min_det_f_mm.into();
         let mut warn = |code, text| {
             let warning = Warning::new(code, text);
             let placed = code == "squeezed-tissue";
@@ -347,19 +347,19 @@ impl<'a> Job<'a> {
             );
             warn("folded-elements", text);
         }
-        if info.min_det_f < SQUEEZED_DET_F {
-            let [x, y, z] = info.min_det_f_at.coords.into();
+        if info.solve.min_det_f < SQUEEZED_DET_F {
+            let [x, y, z] = info.solve.min_det_f_mm;
             let text = format!(
                 "the tissue around [{x:.1}, {y:.1}, {z:.1}] mm (LPS, in the CT) is squeezed to {:.2} of \
                  its volume (below {SQUEEZED_DET_F}): its law is out of its depth there",
-                info.min_det_f
+                info.solve.min_det_f
             );
             warn("squeezed-tissue", text);
         }
-        if info.load_steps > 1 {
+        if info.solve.load_steps > 1 {
             let text = format!(
                 "the load had to be applied in {} steps: the solution may be one of several",
-                info.load_steps
+                info.solve.load_steps
             );
             warn("load-steps", text);
         }

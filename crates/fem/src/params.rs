@@ -2,8 +2,8 @@
 
 use crate::Error;
 use supine_mesh::Order;
-use supine_record::{Cut, RestState};
-use supine_space::{GRAVITY_M_S2, Point, Vector, Warning};
+use supine_record::{Cut, RestState, Solve};
+use supine_space::{GRAVITY_M_S2, Vector, Warning};
 
 /// The soft tissue: homogeneous, compressible neo-Hookean.
 ///
@@ -133,28 +133,12 @@ pub const SQUEEZED_DET_F: f64 = 0.3;
 pub struct Info {
     /// What a user should know.
     pub warnings: Vec<Warning>,
-    /// Newton iterations of the final solution, all load steps together.
-    pub iterations: usize,
-    /// Those whose stiffness was not positive definite and was shifted.
-    pub indefinite: usize,
-    /// Load steps; 1 when the whole load was solved at once.
-    pub load_steps: usize,
-    /// Relative residual reached.
-    pub residual: f64,
-    /// Smallest det F from the stress-free shape, over the quadrature points.
-    pub min_det_f: f64,
-    /// The middle of the tetrahedron with it, in the CT, LPS, mm.
-    pub min_det_f_at: Point,
-    /// Largest det F.
-    pub max_det_f: f64,
-    /// Largest displacement from the CT shape, mm.
-    pub max_displacement_mm: f64,
+    /// What is told of the solution.
+    pub solve: Solve,
     /// Unknowns of the system.
     pub unknowns: usize,
     /// Entries of the triangular factor of its matrix.
     pub factor_entries: usize,
-    /// Mean stiffness of the springs on the cut, kPa/mm; `None` without springs.
-    pub spring_kpa_mm: Option<f64>,
     /// How the stress-free shape was found; `None` for [`RestState::Net`].
     pub unloading: Option<Unloading>,
 }

@@ -12,6 +12,7 @@ use crate::tangent::Tangent;
 use crate::warm_start::{Rest, SolutionHistory, State, WarmStart};
 use crate::{Cut, Error, Info, Job, RestState, Unloading, from_ct, sensitivity};
 use supine_mesh::BoundaryTag;
+use supine_record::Solve;
 use supine_space::{Point, Progress, Vector, Warning};
 
 /// An unloaded shape counts only when a forward solve from it returns this close to the CT, mm.
@@ -99,6 +100,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         .map_err(|halt| newton.failed(halt, job.params.tolerance))?;
     let mut info = job.info(&found, newton.effort, &model, &discretisation.lower)?;
     info.unloading = Some(rest.unloading);
+    info.solve.reload_error_mm = rest.unloading.reload_error_mm;
     info.warnings.extend(job.softness_warning());
     let slope = if job.slope {
         let of_rest = rest.slope(job, discretisation, before)?;
@@ -410,17 +412,21 @@ impl Job<'_> {
         pattern: &Pattern,
     ) -> Result<Info, Error> {
         let ratio = model.volume_ratio(&found.u).map_err(|folded| Error::flat(folded.0))?;
-        Ok(Info {
+        let solve = Solve {
             iterations: effort.iterations,
             indefinite: effort.indefinite,
             load_steps: effort.load_steps,
             residual: found.residual,
             min_det_f: ratio.min,
-            min_det_f_at: self.middle(&model.elements.nodes[ratio.worst]),
+            min_det_f_mm: self.middle(&model.elements.nodes[ratio.worst]).into(),
             max_det_f: ratio.max,
+            spring_kpa_mm: model.foundation.as_ref().map(|f| f.mean_kpa_mm),
+            ..Solve::default()
+        };
+        Ok(Info {
+            solve,
             unknowns: pattern.unknowns(),
             factor_entries: effort.factor_entries,
-            spring_kpa_mm: model.foundation.as_ref().map(|f| f.mean_kpa_mm),
             ..Info::default()
         })
     }

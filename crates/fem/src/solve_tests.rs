@@ -58,7 +58,7 @@ fn no_change_of_gravity_moves_nothing() {
         let (u, info) =
             solve(&Body::new(mesh.clone(), Tissue::default()), &to(supine()), &p, Progress::none())
                 .unwrap();
-        assert_eq!((u.displacement().max_norm(), info.iterations), (0.0, 0));
+        assert_eq!((u.displacement().max_norm(), info.solve.iterations), (0.0, 0));
         let p = params(order, RestState::Unloaded);
         let (u, info) =
             solve(&Body::new(mesh.clone(), Tissue::default()), &to(supine()), &p, Progress::none())
@@ -142,7 +142,7 @@ fn nearly_incompressible_tissue_turns_in_few_iterations() {
         solve(&Body::new(mesh.clone(), tissue), &to(sitting()), &params, Progress::none()).unwrap();
     assert!(u.displacement().max_norm() > 25.0, "{}", u.displacement().max_norm());
     // Nine with the pressure of the straight way.
-    assert!(info.iterations <= 6 && info.indefinite == 0, "{info:?}");
+    assert!(info.solve.iterations <= 6 && info.solve.indefinite == 0, "{info:?}");
 }
 
 #[test]
@@ -261,9 +261,9 @@ fn squeezed_tissue_is_told_with_its_place() {
     let load = Load { ct: -sitting(), target: sitting() };
     let params = params(Order::Linear, RestState::Net);
     let (_, info) = solve(&Body::new(mesh, tissue), &load, &params, Progress::none()).unwrap();
-    assert!(info.min_det_f < SQUEEZED_DET_F, "{info:?}");
+    assert!(info.solve.min_det_f < SQUEEZED_DET_F, "{info:?}");
     let told = info.warnings.iter().find(|w| w.code() == "squeezed-tissue").unwrap().to_string();
-    let [x, y, z] = info.min_det_f_at.coords.into();
+    let [x, y, z] = info.solve.min_det_f_mm;
     assert!(z < 10.0, "the lowest layer bears all: {z} mm");
     assert!(told.contains(&format!("[{x:.1}, {y:.1}, {z:.1}] mm")), "{told}");
 }
@@ -287,10 +287,10 @@ fn load_steps_are_the_last_resort_and_are_told() {
             .unwrap()
     };
     let (direct, info) = run(60);
-    assert_eq!(info.load_steps, 1);
+    assert_eq!(info.solve.load_steps, 1);
     assert!(info.warnings.is_empty());
-    let (stepped, told) = run(info.iterations - 1);
-    assert!(told.load_steps > 1);
+    let (stepped, told) = run(info.solve.iterations - 1);
+    assert!(told.solve.load_steps > 1);
     assert!(told.warnings.iter().any(|w| w.to_string().contains("steps")), "{told:?}");
     let both = direct.displacement().values().iter().zip(stepped.displacement().values());
     assert!(both.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) < 1e-7);
@@ -361,7 +361,7 @@ proptest! {
         let load = to(TablePose { ap_deg, lat_deg }.gravity());
         match solve(&Body::new(mesh.clone(), tissue), &load, &params(order, rest), Progress::none()) {
             Ok((u, info)) => {
-                prop_assert!(info.residual <= 1e-10 && info.min_det_f > 0.0);
+                prop_assert!(info.solve.residual <= 1e-10 && info.solve.min_det_f > 0.0);
                 let wall = mesh.points().iter().zip(u.displacement().values()).filter(|(p, _)| p.z == 0.0);
                 prop_assert!(wall.map(|(_, u)| u.norm()).fold(0.0, f64::max) == 0.0);
             }

@@ -75,7 +75,7 @@ impl Tilt {
         };
         let (mesh, beside) = (body.mesh.clone(), Background::idle());
         let tilt = Self { mesh, edges, tissue, beside };
-        info.max_displacement_mm = tilt.deformation()?.displacement().max_norm();
+        info.solve.max_displacement_mm = tilt.deformation()?.displacement().max_norm();
         Ok((tilt, info))
     }
 

@@ -2,47 +2,22 @@
 
 use crate::Error;
 use crate::spec::CaseError;
-use serde::Serialize;
-use std::path::PathBuf;
 use supine_report::RunPlace;
 
-/// Where the failure lies, as far as that is known.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Place {
-    /// The file or folder.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file: Option<PathBuf>,
-    /// The key of the case; of several, the first.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub key: Option<&'static str>,
-    /// The stage of the flow.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stage: Option<&'static str>,
+fn in_file(path: &std::path::Path) -> RunPlace {
+    RunPlace { file: Some(path.into()), ..RunPlace::default() }
 }
 
-impl From<Place> for RunPlace {
-    fn from(Place { file, key, stage }: Place) -> Self {
-        let text = |word: Option<&str>| word.map(str::to_owned);
-        Self { file, key: text(key), stage: text(stage) }
-    }
+fn at_key(key: &str) -> RunPlace {
+    RunPlace { key: Some(key.into()), ..RunPlace::default() }
 }
 
-impl Place {
-    fn file(path: &std::path::Path) -> Self {
-        Self { file: Some(path.into()), ..Self::default() }
-    }
+fn in_stage(stage: &str) -> RunPlace {
+    RunPlace { stage: Some(stage.into()), ..RunPlace::default() }
+}
 
-    fn key(key: &'static str) -> Self {
-        Self { key: Some(key), ..Self::default() }
-    }
-
-    fn stage(stage: &'static str) -> Self {
-        Self { stage: Some(stage), ..Self::default() }
-    }
-
-    fn of_file(key: &'static str, path: &std::path::Path) -> Self {
-        Self { key: Some(key), ..Self::file(path) }
-    }
+fn of_key(key: &str, place: RunPlace) -> RunPlace {
+    RunPlace { key: Some(key.into()), ..place }
 }
 
 impl Error {
@@ -106,35 +81,35 @@ impl Error {
     }
 
     /// Where it lies.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> RunPlace {
         match self {
             Self::Case(error) => error.place(),
-            Self::Ct(_) => Place { key: Some("ct"), ..Place::stage("import") },
-            Self::Deformed { path } | Self::NotSupine { path, .. } => Place::of_file("ct", path),
-            Self::CaseChanged { path } | Self::CaseThere { path } => Place::file(path),
-            Self::File { key, source } => Place { key: Some(key), ..place_of_exchange(source) },
+            Self::Ct(_) => of_key("ct", in_stage("import")),
+            Self::Deformed { path } | Self::NotSupine { path, .. } => of_key("ct", in_file(path)),
+            Self::CaseChanged { path } | Self::CaseThere { path } => in_file(path),
+            Self::File { key, source } => of_key(key, place_of_exchange(source)),
             Self::Product(source) => place_of_exchange(source),
             Self::Missing { key, path, .. }
             | Self::Changed { key, path }
             | Self::InputsChanged { key, path }
-            | Self::Overlap { key, path } => Place::of_file(key, path),
-            Self::LabelsObject(_) | Self::Regions(_) | Self::Labels(_) => Place::key("labels.file"),
-            Self::Region(_) => Place { key: Some("region.centre"), ..Place::stage("region") },
-            Self::TumourFile(_) => Place::key("tumour.file"),
-            Self::TumourName(_) => Place::key("tumour.structure"),
-            Self::TumourPlace(_) => Place { key: Some("tumour.centre"), ..Place::stage("tumour") },
-            Self::Tumour(_) => Place { key: Some("tumour.centre"), ..Place::stage("region") },
-            Self::Segment(_) => Place::stage("segment"),
-            Self::Mesh(_) | Self::NotBuilt { .. } | Self::NotRefined { .. } => Place::stage("mesh"),
-            Self::Solve(_) => Place::stage("solve"),
-            Self::Interval(_) => Place::stage("interval"),
-            Self::Fit(_) => Place::stage("fit"),
-            Self::Evaluation(_) => Place::stage("evaluation"),
-            Self::Landmarks { .. } => Place::key("scans.landmarks"),
-            Self::Mirrored => Place::key("scans.supine"),
-            Self::Warp(_) => Place::stage("warp"),
-            Self::Export(_) => Place::stage("export"),
-            Self::Report(_) => Place::stage("report"),
+            | Self::Overlap { key, path } => of_key(key, in_file(path)),
+            Self::LabelsObject(_) | Self::Regions(_) | Self::Labels(_) => at_key("labels.file"),
+            Self::Region(_) => of_key("region.centre", in_stage("region")),
+            Self::TumourFile(_) => at_key("tumour.file"),
+            Self::TumourName(_) => at_key("tumour.structure"),
+            Self::TumourPlace(_) => of_key("tumour.centre", in_stage("tumour")),
+            Self::Tumour(_) => of_key("tumour.centre", in_stage("region")),
+            Self::Segment(_) => in_stage("segment"),
+            Self::Mesh(_) | Self::NotBuilt { .. } | Self::NotRefined { .. } => in_stage("mesh"),
+            Self::Solve(_) => in_stage("solve"),
+            Self::Interval(_) => in_stage("interval"),
+            Self::Fit(_) => in_stage("fit"),
+            Self::Evaluation(_) => in_stage("evaluation"),
+            Self::Landmarks { .. } => at_key("scans.landmarks"),
+            Self::Mirrored => at_key("scans.supine"),
+            Self::Warp(_) => in_stage("warp"),
+            Self::Export(_) => in_stage("export"),
+            Self::Report(_) => in_stage("report"),
             Self::OtherFrame { path, .. }
             | Self::OtherPatient { path }
             | Self::Unattributed { path }
@@ -145,8 +120,8 @@ impl Error {
             | Self::Foreign { path }
             | Self::OtherResult { path, .. }
             | Self::Unfinished { path }
-            | Self::Busy { path } => Place::file(path),
-            _ => Place::default(),
+            | Self::Busy { path } => in_file(path),
+            _ => RunPlace::default(),
         }
     }
 }
@@ -160,14 +135,14 @@ fn of_exchange(error: &supine_exchange::Error) -> &'static str {
     }
 }
 
-fn place_of_exchange(error: &supine_exchange::Error) -> Place {
+fn place_of_exchange(error: &supine_exchange::Error) -> RunPlace {
     use supine_exchange::Error as File;
     match error {
         File::Read { path, .. }
         | File::Input { path, .. }
         | File::Write { path, .. }
-        | File::Unwritable { path, .. } => Place::file(path),
-        _ => Place::default(),
+        | File::Unwritable { path, .. } => in_file(path),
+        _ => RunPlace::default(),
     }
 }
 
@@ -183,16 +158,16 @@ impl CaseError {
         }
     }
 
-    fn place(&self) -> Place {
+    fn place(&self) -> RunPlace {
         match self {
             Self::Unreadable { path, .. }
             | Self::Invalid { path, .. }
-            | Self::Withheld { path } => Place::file(path),
-            Self::Value { key, .. } | Self::Missing { key, .. } => Place::key(key),
+            | Self::Withheld { path } => in_file(path),
+            Self::Value { key, .. } | Self::Missing { key, .. } => at_key(key),
             Self::Incomplete { keys, .. } => {
-                Place { key: keys.first().copied(), ..Place::default() }
+                RunPlace { key: keys.first().map(|key| (*key).into()), ..RunPlace::default() }
             }
-            Self::Key(_) => Place::default(),
+            Self::Key(_) => RunPlace::default(),
         }
     }
 }

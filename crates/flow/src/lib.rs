@@ -43,7 +43,6 @@ mod work;
 
 pub use case_file::CaseFile;
 pub use error::Error;
-pub use error_facts::Place;
 pub use figures::Figure;
 pub use folder::{FinishedRun, RunFolder, USERS, write_atomically};
 pub use live_tilt::{Applied, ContactResult, LiveTilt};
@@ -54,9 +53,6 @@ pub use own_objects::{Contours, OwnDose, OwnObjects, OwnSegment, OwnStructure};
 pub use run::{Options, run};
 pub use session::{Freshness, Lane, Observer, Request, Session, Start, Unwatched};
 pub use shared::*;
-/// From here on the chest wall is called uncertain, tenths of mm.
-pub const UNCERTAIN_TENTHS: u8 = (supine_segment::UNCERTAIN_MM * 10.0) as u8;
-
 pub use spec::{Case, CaseError, Spec};
 pub use status::{
     Denial, advice, advice_of, case_name, denial, run_told, stopped_at_once, verdict_lines,
@@ -64,6 +60,8 @@ pub use status::{
 };
 pub use supine_report::palette;
 pub use supine_report::{
-    DoseVolumeHistogram, Ended, PatientIdentity, Reason, RunError, RunStatus, SphereRecord,
-    Summary, UncertainPatch, Warning, directions, headline, held, moves, too_wide,
+    DoseVolumeHistogram, Ended, PatientIdentity, Reason, RunError, RunPlace, RunStatus,
+    SphereRecord, Summary, UncertainPatch, Warning, directions, headline, held, is_uncertain,
+    moves, too_wide,
 };
+pub use supine_segment::UNCERTAIN_MM;

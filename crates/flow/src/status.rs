@@ -270,7 +270,7 @@ pub(crate) fn finished(bare: RunStatus, summary: &Summary, worst: Colour) -> Run
 fn failed(bare: RunStatus, error: &Error, nameless: bool) -> RunStatus {
     let (kind, code, message) = (error.kind(), error.code(), error.to_string());
     let mut told = RunError::new(kind, code, message.clone(), advice(&message));
-    told.place = error.place().into();
+    told.place = error.place();
     if nameless {
         told.message =
             format!("{code}: the message may name files; it was told on the terminal alone");

@@ -2,7 +2,8 @@
 
 use crate::{Carried, Part};
 use supine_mesh::{Scan, ScanDistances, SurfaceDistances};
-use supine_register::{Distances, Matches, Posed, Rigid, Spread};
+use supine_record::SkinDistances;
+use supine_register::{Distances, Matches, Posed, Rigid};
 use supine_space::{Point, Pose};
 
 /// Distance of a scan's points from each other, mm: as fine as they are shown.
@@ -47,7 +48,7 @@ pub(crate) fn spread(
     all: &ScanDistances,
     surface: &SurfaceDistances,
     counts: impl Fn(usize) -> bool,
-) -> Spread {
+) -> SkinDistances {
     let own = surface.mm.iter().enumerate().filter(|(n, _)| counts(*n));
     own.filter_map(|(n, mm)| Some((all.places[n], (*mm)?))).collect::<Distances>().spread()
 }

@@ -8,7 +8,8 @@ use crate::distances::{distances, spread};
 use crate::fit::REACH_MM;
 use crate::{Carried, Error, Part};
 use supine_mesh::{Displacement, Scan, ScanDistances};
-use supine_register::{Params, Rigid, Spread, Start, align, candidates};
+use supine_record::SkinDistances;
+use supine_register::{Params, Rigid, Start, align, candidates};
 use supine_space::{Point, Pose, Progress};
 
 /// Radius of the part of the skin around the point that is nearest to the tumour, mm. Source: the
@@ -55,7 +56,7 @@ pub struct Evaluation {
 impl Evaluation {
     /// Of each surface its name, and what the distances from it come to near the tumour and on the
     /// whole breast.
-    pub fn spreads(&self) -> impl Iterator<Item = (&str, [Spread; 2])> {
+    pub fn spreads(&self) -> impl Iterator<Item = (&str, [SkinDistances; 2])> {
         let all = &self.distances;
         let near = |n: usize| (all.places[n] - self.near).norm() <= NEAR_MM;
         all.surfaces.iter().map(move |surface| {

@@ -6,7 +6,7 @@ use crate::curve::{Curve, Solver};
 use crate::ellipsoid::Ellipsoid;
 use crate::question::{Question, at_centre};
 use crate::spread::{Drawn, Nominal, Rests, middle, quantile};
-use crate::wall::{PatchEffect, Wall};
+use crate::wall::Wall;
 use supine_fem::{Body, GoalErrors, RestState, goal_errors};
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_record::{UncertaintyShare, UncertaintySource};
@@ -48,8 +48,8 @@ pub struct TumourInterval {
     /// The softest modulus with a usable unloaded shape among those tried, kPa; `None` when it was
     /// not asked or none has.
     pub softest_unloaded_kpa: Option<f64>,
-    /// What each uncertain place of the wall may do, in the order given.
-    pub patches: Vec<PatchEffect>,
+    /// What each uncertain place of the wall may do to the displacement, in the order given, mm.
+    pub patch_effects_mm: Vec<f64>,
     /// What a user should know.
     pub warnings: Vec<Warning>,
 }
@@ -121,14 +121,14 @@ pub fn tumour_interval(
         beyond,
         mesh_mm: mesh_mm(&errors),
     };
-    let mut found = told(&rests, wall.effects(question.patches))?;
+    let mut found = told(&rests, wall.effects_mm(question.patches))?;
     found.warnings =
         [net, unloaded].into_iter().flatten().flat_map(|curve| curve.warnings).collect();
     Ok(found)
 }
 
 /// The intervals of what is drawn.
-fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, Error> {
+fn told(rests: &Rests<'_>, patch_effects_mm: Vec<f64>) -> Result<TumourInterval, Error> {
     let nominal = rests.nominal;
     let cloud = rests.cloud(Drawn::ALL)?;
     let lengths = |cloud: &[Vector]| middle(LEVEL, cloud.iter().map(Vector::norm));
@@ -172,7 +172,7 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         shares,
         other,
         softest_unloaded_kpa: rests.unloaded.map(Curve::softest_kpa),
-        patches,
+        patch_effects_mm,
         warnings: Vec::new(),
     })
 }

@@ -1,10 +1,11 @@
 use super::*;
-use crate::{ModulusPrior, Patch};
+use crate::ModulusPrior;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use supine_fem::{Load, Params, Tissue, solve};
 use supine_mesh::{BoundaryFace, TET_FACES};
 use supine_mesh::{Deformation, Order};
+use supine_record::UncertainPatch;
 use supine_space::Sphere;
 
 /// A block of 36 x 36 x 24 mm on a wall at z = 0, all else skin, in cells of 6 mm.
@@ -93,10 +94,13 @@ impl Case {
             prior,
             wall_error_mm: &|_| wall_mm,
             tissues: &[],
-            patches: &[Patch {
-                centre: Point::new(30.0, 30.0, 0.0),
-                area_mm2: 400.0,
+            patches: &[UncertainPatch {
+                area_cm2: 4.0,
+                centre_mm: [30.0, 30.0, 0.0],
                 error_mm: 3.0,
+                place: String::new(),
+                effect_mm: None,
+                seeds_mm: vec![],
             }],
         };
         tumour_interval(&question, Progress::none()).unwrap()
@@ -288,7 +292,7 @@ fn a_worse_wall_widens_its_share_in_proportion() {
         width(&rough),
         width(&fine)
     );
-    assert!(rough.patches[0].change_mm > 0.0);
+    assert!(rough.patch_effects_mm[0] > 0.0);
     assert_eq!(rough, case.ask(prior, 1.0), "the same draws each time");
 }
 

@@ -22,11 +22,10 @@ pub use ellipsoid::Ellipsoid;
 pub use error::Error;
 pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
 pub use fit::{
-    BACK_SHARE, Carried, Choice, DECIDES, DeviationParts, Fit, FitQuestion, Part, Proportions,
-    StateFit, Tissues, UPRIGHT_DEG, compare, fit, moduli,
+    BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, FittedState, Part, Tissues,
+    UPRIGHT_DEG, compare, fit, moduli,
 };
 pub use interval::{LEVEL, OtherState, TumourInterval, tumour_interval};
 pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior};
 pub use question::Question;
 pub use supine_record::{ModulusOrigin, UncertaintyShare, UncertaintySource};
-pub use wall::{Patch, PatchEffect};

@@ -1,9 +1,9 @@
 //! What is asked of the interval of the tumour's displacement.
 
 use crate::modulus_prior::ModulusPrior;
-use crate::wall::Patch;
 use supine_fem::{Body, Load, Params};
 use supine_mesh::{Deformation, Edges, Locator};
+use supine_record::UncertainPatch;
 use supine_space::{Point, Sphere, Vector};
 
 /// What is asked.
@@ -29,7 +29,7 @@ pub struct Question<'a> {
     /// mm.
     pub wall_error_mm: &'a (dyn Fn(&Point) -> f64 + Sync),
     /// Its uncertain places.
-    pub patches: &'a [Patch],
+    pub patches: &'a [UncertainPatch],
     /// The body with each proportion of its tissues' moduli another one, by one standard deviation:
     /// independent of each other.
     pub tissues: &'a [Body],

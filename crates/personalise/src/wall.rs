@@ -1,6 +1,7 @@
 //! What the uncertain place of the chest wall does to the displacement of the tumour.
 
 use supine_fem::WallNode;
+use supine_record::UncertainPatch;
 use supine_space::{Matrix, Point, Vector};
 
 /// Errors of the wall at two places are alike when these are near: their correlation falls as
@@ -8,27 +9,6 @@ use supine_space::{Matrix, Point, Vector};
 const ALIKE_MM: f64 = 20.0;
 /// Standard deviations that 19 of 20 errors do not exceed, either way.
 const NINETEEN_OF_TWENTY: f64 = 1.96;
-
-/// A connected uncertain place of the chest wall.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patch {
-    /// Its middle, LPS, mm.
-    pub centre: Point,
-    /// Its area, mm².
-    pub area_mm2: f64,
-    /// The error that 19 of 20 such places do not exceed, mm.
-    pub error_mm: f64,
-}
-
-/// What an uncertain place may do to the displacement of the tumour.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PatchEffect {
-    /// Its middle, LPS, mm.
-    pub centre: Point,
-    /// Length by which the tumour's displacement changes when the wall is off by the place's error
-    /// there, all to one side, mm.
-    pub change_mm: f64,
-}
 
 /// Nodes of the wall and the error (mm) that 19 of 20 places like each do not exceed.
 pub(crate) struct Wall<'a> {
@@ -54,14 +34,16 @@ impl Wall<'_> {
         changes.iter().map(row).sum()
     }
 
-    /// What each uncertain place may do.
-    pub(crate) fn effects(&self, patches: &[Patch]) -> Vec<PatchEffect> {
-        let effect = |patch: &Patch| {
+    /// Length by which the tumour's displacement changes when the wall is off by the error of each
+    /// uncertain place there, all to one side, mm.
+    pub(crate) fn effects_mm(&self, patches: &[UncertainPatch]) -> Vec<f64> {
+        let effect = |patch: &UncertainPatch| {
             // As far as a round place of its area reaches.
-            let reach = (patch.area_mm2 / std::f64::consts::PI).sqrt();
-            let within = |node: &&WallNode| (node.place - patch.centre).norm() <= reach;
+            let reach = (patch.area_cm2 * 100.0 / std::f64::consts::PI).sqrt();
+            let centre = Point::from(patch.centre_mm);
+            let within = |node: &&WallNode| (node.place - centre).norm() <= reach;
             let change: Vector = self.nodes.iter().filter(within).map(|node| node.change).sum();
-            PatchEffect { centre: patch.centre, change_mm: change.norm() * patch.error_mm }
+            change.norm() * patch.error_mm
         };
         patches.iter().map(effect).collect()
     }
@@ -94,7 +76,14 @@ mod tests {
     fn a_place_counts_with_its_own_nodes() {
         let nodes = nodes(30.0);
         let wall = Wall { nodes: &nodes, error_mm: vec![1.0; 2] };
-        let patch = Patch { centre: Point::origin(), area_mm2: 314.0, error_mm: 3.0 };
-        assert!((wall.effects(&[patch])[0].change_mm - 0.3).abs() < 1e-12);
+        let patch = UncertainPatch {
+            area_cm2: 3.1,
+            centre_mm: [0.0; 3],
+            error_mm: 3.0,
+            place: String::new(),
+            effect_mm: None,
+            seeds_mm: vec![],
+        };
+        assert!((wall.effects_mm(&[patch])[0] - 0.3).abs() < 1e-12);
     }
 }

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
-use supine_flow::{CaseError, Error};
+use supine_flow::{CaseError, Error, RunPlace};
 use supine_space::Failure;
 
 /// A class of `supine._error`. It is written in Python: the stable interface before 3.12 has no
@@ -15,9 +15,7 @@ fn class(py: Python<'_>) -> PyResult<Bound<'_, PyType>> {
 
 /// The exception of an error.
 pub(crate) fn raise(py: Python<'_>, error: &Error) -> PyErr {
-    let place = error.place();
-    let file = place.file.map(|path| path.to_string_lossy().into_owned());
-    told(py, error.code(), error.kind(), &error.to_string(), (file, place.key, place.stage))
+    told(py, error.code(), error.kind(), &error.to_string(), error.place())
 }
 
 /// The same of values that make no case.
@@ -27,16 +25,15 @@ pub(crate) fn raise_case(py: Python<'_>, error: CaseError) -> PyErr {
 
 /// An exception for what Python gave and nobody below saw.
 pub(crate) fn refuse(py: Python<'_>, code: &str, message: &str) -> PyErr {
-    told(py, code, Failure::Input, message, (None, None, None))
+    told(py, code, Failure::Input, message, RunPlace::default())
 }
 
-type Place<'a> = (Option<String>, Option<&'a str>, Option<&'a str>);
-
-fn told(py: Python<'_>, code: &str, kind: Failure, message: &str, place: Place<'_>) -> PyErr {
+fn told(py: Python<'_>, code: &str, kind: Failure, message: &str, place: RunPlace) -> PyErr {
     let made = || -> PyResult<Bound<'_, PyAny>> {
         let of = PyDict::new(py);
-        let (file, key, stage) = place;
-        for (name, value) in [("file", file.as_deref()), ("key", key), ("stage", stage)] {
+        let RunPlace { file, key, stage } = place;
+        let file = file.map(|path| path.to_string_lossy().into_owned());
+        for (name, value) in [("file", file), ("key", key), ("stage", stage)] {
             if let Some(value) = value {
                 of.set_item(name, value)?;
             }

@@ -2,15 +2,23 @@
 //! and page show them. A fact is declared here once, with its words and units.
 
 mod agreement;
+mod fit;
 mod patient;
 mod quality_check;
+mod solve;
 mod sphere;
 mod tissue;
 mod uncertainty;
+mod wall;
+mod warp;
 
-pub use agreement::{Consistency, Curved};
+pub use agreement::{Consistency, Curved, SkinDistances, SurfaceDistance};
+pub use fit::{DeviationParts, FitStep, FittedTissues, StateFit, interval_95};
 pub use patient::PatientIdentity;
 pub use quality_check::QualityCheck;
+pub use solve::Solve;
 pub use sphere::SphereRecord;
 pub use tissue::{Cut, RestState};
 pub use uncertainty::{ModulusOrigin, UncertaintyShare, UncertaintySource};
+pub use wall::{UncertainPatch, WallUncertainty};
+pub use warp::{DenseFate, DenseThing, Jacobian, Warp};

@@ -24,5 +24,5 @@ pub use landmarks::{Fitted, by_landmarks};
 pub use matches::{Match, Matches};
 pub use robust::Tukey;
 pub use shape::{Posed, Prior, Rigid, Scaled, Shape};
-pub use signed_distances::{Distances, Spread, signed_distances};
+pub use signed_distances::{Distances, signed_distances};
 pub use skin::{SKIN_SPACING_MM, Skin};

@@ -2,6 +2,7 @@
 
 use crate::{Matches, Posed};
 use supine_mesh::Scan;
+use supine_record::SkinDistances;
 use supine_space::{Point, Pose, Sphere};
 
 /// Signed distances of the points of a scan from a surface.
@@ -11,21 +12,6 @@ pub struct Distances {
     pub places: Vec<Point>,
     /// Distance of each, positive outside, mm.
     pub mm: Vec<f64>,
-}
-
-/// What many distances come to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Spread {
-    /// How many.
-    pub count: usize,
-    /// Mean, mm.
-    pub mean_mm: f64,
-    /// Root mean square, mm.
-    pub rms_mm: f64,
-    /// What 95 % of their sizes do not exceed, mm.
-    pub p95_mm: f64,
-    /// The largest size, mm.
-    pub max_mm: f64,
 }
 
 /// Signed distances of a scan's points, in a pose, from the planes through the nearest points of a
@@ -58,15 +44,15 @@ impl Distances {
     }
 
     /// What they come to.
-    pub fn spread(&self) -> Spread {
+    pub fn spread(&self) -> SkinDistances {
         if self.mm.is_empty() {
-            return Spread::default();
+            return SkinDistances::default();
         }
         let n = self.mm.len() as f64;
         let mut sizes: Vec<f64> = self.mm.iter().map(|d| d.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        Spread {
-            count: self.mm.len(),
+        SkinDistances {
+            points: self.mm.len(),
             mean_mm: self.mm.iter().sum::<f64>() / n,
             rms_mm: (self.mm.iter().map(|d| d * d).sum::<f64>() / n).sqrt(),
             p95_mm: sizes[((sizes.len() - 1) as f64 * 0.95).round() as usize],

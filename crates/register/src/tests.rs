@@ -182,7 +182,7 @@ fn distances_are_those_of_a_shifted_scan() {
     let front = supine_space::Sphere::new(Point::new(0.0, -100.0, 0.0), 30.0).unwrap();
     let spread = found.within(&front).spread();
     assert!(
-        (spread.mean_mm - 0.5).abs() < 0.05 && spread.max_mm < 0.8 && spread.count > 20,
+        (spread.mean_mm - 0.5).abs() < 0.05 && spread.max_mm < 0.8 && spread.points > 20,
         "{spread:?}"
     );
 }

@@ -50,7 +50,7 @@ pub use first::{headline, moves};
 pub use pdf::pdf;
 pub use provenance::provenance;
 pub use scan_tables::{write_evaluation_table, write_fit_table};
-pub use scene::{Scene, Shown};
+pub use scene::{Scene, Shown, is_uncertain};
 pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, advice_for, status_schema};
 pub use summary::*;
 pub use supine_record::PatientIdentity;

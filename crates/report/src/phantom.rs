@@ -7,7 +7,7 @@ use supine_mesh::{
     BoundaryFace, BoundaryTag, Deformation, Displacement, Edges, TET_FACES, TetMesh,
 };
 use supine_space::{Grid, Matrix, Point, Side, Sphere, Vector};
-use supine_volume::{Ct, LabelMap, Volume, label};
+use supine_volume::{Ct, LabelMap, Surfaces, Volume, label};
 
 /// Centre of a dense cube at the patient's left, front and head side, LPS, mm.
 pub(crate) const MARKER: [f64; 3] = [34.0, -26.0, 22.0];
@@ -19,6 +19,7 @@ pub(crate) struct Phantom {
     pub(crate) ct: Ct,
     pub(crate) deformed: Ct,
     pub(crate) labels: LabelMap,
+    pub(crate) surfaces: Surfaces,
     pub(crate) uncertainty: Volume<u8>,
     pub(crate) tissues: LabelMap,
     pub(crate) deformation: Deformation,
@@ -69,7 +70,8 @@ impl Phantom {
             label::SOFT_TISSUE => label::FAT,
             other => other,
         });
-        Self { ct, deformed, labels, uncertainty, tissues, deformation }
+        let surfaces = Surfaces::half_way(&labels);
+        Self { ct, deformed, labels, surfaces, uncertainty, tissues, deformation }
     }
 
     /// The scene with the nipple as focus; no tumour.
@@ -78,6 +80,7 @@ impl Phantom {
             ct: &self.ct,
             deformed: &self.deformed,
             labels: &self.labels,
+            surfaces: &self.surfaces,
             uncertainty: Some(&self.uncertainty),
             tissues: Some(&self.tissues),
             deformation: &self.deformation,

@@ -5,7 +5,7 @@ use crate::{
 };
 use supine_mesh::{Deformation, Displacement, ScanDistances, TetMesh};
 use supine_space::{Point, Side, Sphere, Vector};
-use supine_volume::{Ct, LabelMap, Volume};
+use supine_volume::{Ct, LabelMap, Surfaces, Volume};
 
 /// Half the side of the box that is shown, in radii of the region's sphere.
 const AROUND: f64 = 1.08;
@@ -19,6 +19,8 @@ pub struct Scene<'a> {
     pub deformed: &'a Ct,
     /// The segmentation.
     pub labels: &'a LabelMap,
+    /// Skin and chest wall between the voxels, on the grid of the labels: the lines of all pictures.
+    pub surfaces: &'a Surfaces,
     /// How far the boundary of the chest wall may be wrong, tenths of mm on the voxels near it and
     /// 0 elsewhere, on the grid of the labels; `None` when it is not known.
     pub uncertainty: Option<&'a Volume<u8>>,
@@ -60,7 +62,28 @@ pub struct Shown<'a> {
     pub intraop: Option<(&'a Evaluation, &'a ScanDistances)>,
 }
 
+/// Whether the boundary of the chest wall at a place (LPS, mm) may be wrong by more than a limit:
+/// the worst of the voxels around says so, and it lies in the region, where there is one. `map` is
+/// that of [`Scene::uncertainty`].
+pub fn is_uncertain(
+    map: &Volume<u8>,
+    region: Option<&Sphere>,
+    limit_mm: f64,
+    place: &Point,
+) -> bool {
+    let (index, size) = (map.grid().index_from_patient(place), map.grid().size());
+    let at =
+        |c: usize| [0, 1, 2].map(|a| (index[a].max(0.0) as usize + (c >> a & 1)).min(size[a] - 1));
+    region.is_none_or(|region| region.contains(place))
+        && (0..8).any(|c| f64::from(map.at(at(c))) > 10.0 * limit_mm)
+}
+
 impl<'a> Scene<'a> {
+    /// Whether the boundary of the chest wall at a place (LPS, mm) is uncertain: [`is_uncertain`].
+    pub(crate) fn is_uncertain(&self, limit_mm: f64, place: &Point) -> bool {
+        self.uncertainty.is_some_and(|map| is_uncertain(map, Some(&self.sphere), limit_mm, place))
+    }
+
     /// Half the side of the box that is shown of the region, mm.
     pub(crate) fn reach(&self) -> f64 {
         AROUND * self.sphere.radius()

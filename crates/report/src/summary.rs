@@ -14,17 +14,18 @@ mod verdict;
 mod warning;
 
 pub use agreement::{Agreement, SkinAgreement};
-pub use evaluation::{EvaluatedSurface, Evaluation, SkinDistances};
-pub use fit::{DeviationParts, FitStep, FittedTissues, OneModulus, ScanFit, StateFit, TissueFit};
+pub use evaluation::{EvaluatedSurface, Evaluation};
+pub use fit::{OneModulus, ScanFit, TissueFit};
 pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval};
 pub use moved::{
-    CarriedObject, CarriedPoint, CarriedRegion, DenseThing, DoseVolumeCurve, DoseVolumeHistogram,
-    Jacobian, Movement, VolumeChange, Warp,
+    CarriedObject, CarriedPoint, CarriedRegion, DoseVolumeCurve, DoseVolumeHistogram, Movement,
+    VolumeChange,
 };
 pub use run::{Link, Run, SourceSeries, StageTime};
 pub use supine_record::{
-    Consistency, Curved, Cut, ModulusOrigin, QualityCheck, RestState, SphereRecord,
-    UncertaintyShare, UncertaintySource,
+    Consistency, Curved, Cut, DenseFate, DenseThing, DeviationParts, FitStep, FittedTissues,
+    Jacobian, ModulusOrigin, QualityCheck, RestState, SkinDistances, Solve, SphereRecord, StateFit,
+    SurfaceDistance, UncertainPatch, UncertaintyShare, UncertaintySource, WallUncertainty, Warp,
 };
 pub use verdict::{Colour, Reason, Status, Verdict};
 pub use warning::Warning;
@@ -313,49 +314,6 @@ pub struct TissueVolume {
     pub whole_ct_ml: f64,
 }
 
-/// How sure the boundary between chest wall and soft tissue is within the region.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct WallUncertainty {
-    /// Its area, cm².
-    pub boundary_cm2: f64,
-    /// The area that may be wrong by more than `limit_mm`, cm².
-    pub uncertain_cm2: f64,
-    /// The boundary is called uncertain where it may be wrong by more than this, mm.
-    pub limit_mm: f64,
-    /// The uncertain places, the largest first.
-    pub patches: Vec<UncertainPatch>,
-}
-
-impl WallUncertainty {
-    /// The uncertain places, what moves the tumour most first.
-    pub(crate) fn ranked(&self) -> Vec<&UncertainPatch> {
-        let effect = |patch: &UncertainPatch| patch.effect_mm.unwrap_or(0.0);
-        let mut ranked: Vec<_> = self.patches.iter().collect();
-        ranked.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
-        ranked
-    }
-}
-
-/// A connected part of the boundary that is uncertain.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct UncertainPatch {
-    /// Area, cm².
-    pub area_cm2: f64,
-    /// Its middle, LPS, mm.
-    pub centre_mm: [f64; 3],
-    /// The error that 19 of 20 such places do not exceed, mm.
-    pub error_mm: f64,
-    /// Where it lies, as in `upper outer quadrant`.
-    pub place: String,
-    /// How far the tumour's displacement changes when the wall is off by that error there, mm;
-    /// `None` when it is not known.
-    pub effect_mm: Option<f64>,
-    /// Pairs of seeds on both sides of the boundary as it was found, for a planner to move to where
-    /// it is: in the chest wall, then in the soft tissue, LPS, mm. All together make the place
-    /// sure.
-    pub seeds_mm: Vec<[[f64; 3]; 2]>,
-}
-
 /// Result of the mesher.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Mesh {
@@ -413,12 +371,9 @@ pub struct Mesh {
 pub struct SurfaceFit {
     /// The tag: `skin`, `chest_wall` or `cut`.
     pub tag: String,
-    /// Mean distance over the area, mm.
-    pub mean_mm: f64,
-    /// Distance that 95 % of the area keep within, mm.
-    pub p95_mm: f64,
-    /// Largest distance, mm.
-    pub max_mm: f64,
+    /// How far.
+    #[serde(flatten)]
+    pub distance: SurfaceDistance,
 }
 
 /// A tetrahedron of poor shape.
@@ -434,34 +389,6 @@ pub struct WorstTet {
     pub max_dihedral_deg: f64,
     /// Radius ratio (3 r_in / R_circ; 1 is best).
     pub radius_ratio: f64,
-}
-
-/// Result of the mechanics.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Solve {
-    /// Newton iterations over all load steps.
-    pub iterations: usize,
-    /// Iterations in which the tangent stiffness was not positive definite.
-    pub indefinite: usize,
-    /// Load steps: 1 when the full load was reached at once.
-    pub load_steps: usize,
-    /// Residual at the end, relative to the load.
-    pub residual: f64,
-    /// Smallest det F over all integration points.
-    pub min_det_f: f64,
-    /// Middle of the tetrahedron with it, in the CT, LPS, mm.
-    pub min_det_f_mm: [f64; 3],
-    /// Largest det F over all integration points.
-    pub max_det_f: f64,
-    /// Largest displacement of a node, mm.
-    pub max_displacement_mm: f64,
-    /// Mean stiffness of the springs on the cut, kPa/mm; absent without springs.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spring_kpa_mm: Option<f64>,
-    /// Of a stress-free shape that was searched: how far the CT shape is missed when gravity acts
-    /// on it again, largest distance of a node, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reload_error_mm: Option<f64>,
 }
 
 /// The exported DICOM series.
@@ -493,14 +420,9 @@ pub struct Registration {
     pub grid: [usize; 3],
     /// Distance of its places along its axes, mm.
     pub spacing_mm: [f64; 3],
-    /// Voxels of the deformed tissue at which it was compared with the map.
-    pub voxels: usize,
-    /// Mean distance between what a reader finds between the grid's places and the map, mm.
-    pub mean_mm: f64,
-    /// 99 % lie below this, mm.
-    pub p99_mm: f64,
-    /// Largest, mm.
-    pub max_mm: f64,
+    /// Between what a reader finds between the grid's places and the map.
+    #[serde(flatten)]
+    pub error: Consistency,
 }
 
 /// How many checks were passed.

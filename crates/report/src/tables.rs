@@ -2,7 +2,7 @@
 
 use crate::words::{capital, count, directions, fixed, triple};
 use crate::{Mesh, Movement, QualityCheck, Summary, Tissues, VolumeChange, WallUncertainty};
-use supine_record::RestState;
+use supine_record::{DenseFate, RestState};
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -385,7 +385,8 @@ pub(crate) fn shape(m: &Mesh) -> Table {
         );
     }
     for fit in &m.surfaces {
-        let figures = [fit.mean_mm, fit.p95_mm, fit.max_mm].map(|d| fixed(d, 2));
+        let d = &fit.distance;
+        let figures = [d.mean_mm, d.p95_mm, d.max_mm].map(|d| fixed(d, 2));
         let [mean, p95, max] = figures;
         let name = format!("Distance, {}", fit.tag.replace('_', " "));
         t.row(&name, format!("{mean} mm mean, {p95} for 95 %, {max} largest"));
@@ -448,7 +449,7 @@ fn warp(s: &Summary) -> Table {
     t.row(map, format!("{} to {}", fixed(j.min, 3), fixed(j.max, 3)));
     let (low, mean, high) = (fixed(j.p01, 3), fixed(j.mean, 3), fixed(j.p99, 3));
     t.row("The same at 1 %, mean, 99 % of the voxels", format!("{low}, {mean}, {high}"));
-    let whole = w.dense.iter().filter(|thing| thing.fate == "whole").count();
+    let whole = w.dense.iter().filter(|thing| thing.fate == DenseFate::Whole).count();
     if !w.dense.is_empty() {
         let text = format!("{} found, {whole} moved whole", w.dense.len());
         t.row("Clips, wires and other dense things", text);
@@ -471,7 +472,7 @@ fn export(s: &Summary) -> Option<Table> {
     t.row("Checks", format!("{} of {} passed", e.verified.passed, e.verified.total));
     if let Some(r) = &e.registration {
         let [x, y, z] = r.spacing_mm.map(|mm| format!("{mm:.2}"));
-        let off = [r.mean_mm, r.p99_mm, r.max_mm].map(|mm| format!("{mm:.3}"));
+        let off = [r.error.mean_mm, r.error.p99_mm, r.error.max_mm].map(|mm| format!("{mm:.3}"));
         let text = format!(
             "{}/, vectors {x} x {y} x {z} mm apart; between them {} mm off the map in the mean, {} \
              mm at 99 %, {} mm at most",

@@ -89,7 +89,7 @@ pub use supine_volume::{SeedKind, Seeds};
 pub use supplied::take_labels;
 pub use tissues::{TissueInfo, TissueShare, tissue_shares, tissues};
 pub use tumour_place::{TumourPlace, TumourPlaceError, tumour_place};
-pub use uncertainty::{Patch, UNCERTAIN_MM, WallUncertainty, wall_uncertainty};
+pub use uncertainty::{UNCERTAIN_MM, wall_uncertainty};
 pub use weights::Weights;
 
 use std::sync::Arc;

@@ -2,10 +2,9 @@
 //! look.
 
 use crate::breast::MISSING_SHARE;
-use crate::uncertainty::WallUncertainty;
 use crate::{Breast, Error, UNCERTAIN_MM};
 use rayon::prelude::*;
-use supine_record::QualityCheck;
+use supine_record::{QualityCheck, WallUncertainty};
 use supine_space::{Point, Side, Sphere, Warning};
 use supine_volume::{Ct, Field, LabelMap, Volume, distance_mm, label};
 
@@ -66,8 +65,6 @@ pub struct BreastPlace<'a> {
     pub breast: Option<&'a Breast>,
     /// The uncertainty of the chest wall's boundary within the region, where it is known.
     pub uncertainty: Option<&'a WallUncertainty>,
-    /// The middle of the breast, or of the region: from here uncertain places are told. LPS, mm.
-    pub middle: Point,
 }
 
 /// Checks a breast within its region; gives what the user should look at. Labels and CT are on one
@@ -91,7 +88,7 @@ pub fn check_region(
         out.warnings.extend(thin(breast, &mut out.checks));
         out.warnings.extend(uneven(breast, &mut out.checks));
     }
-    let uncertain = place.uncertainty.and_then(|found| uncertain(found, place, &mut out.checks));
+    let uncertain = place.uncertainty.and_then(|found| uncertain(found, &mut out.checks));
     out.warnings.extend(uncertain);
     Ok(out)
 }
@@ -241,11 +238,7 @@ fn cut_by_end(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Result<Option<
     }))
 }
 
-fn uncertain(
-    found: &WallUncertainty,
-    place: &BreastPlace<'_>,
-    checks: &mut Vec<QualityCheck>,
-) -> Option<Warning> {
+fn uncertain(found: &WallUncertainty, checks: &mut Vec<QualityCheck>) -> Option<Warning> {
     let largest = found.patches.first().map_or(0.0, |patch| patch.area_cm2);
     let what = "uncertain boundary, share of that in the region";
     checks.push(
@@ -264,12 +257,12 @@ fn uncertain(
         found.uncertain_cm2,
         100.0 * found.share(),
         first.area_cm2,
-        first.place(&place.middle, place.side),
+        first.place,
         first.error_mm
     );
     Some(
         Warning::new("uncertain-wall", text)
-            .at(&first.centre)
+            .at(&Point::from(first.centre_mm))
             .value("area_cm2", found.uncertain_cm2)
             .value("percent", 100.0 * found.share())
             .value("largest_cm2", first.area_cm2)

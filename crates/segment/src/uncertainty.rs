@@ -4,6 +4,7 @@ use crate::confidence::PER_MM;
 use crate::pairs;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use supine_record::{UncertainPatch, WallUncertainty};
 use supine_space::{Grid, Point, Side, Sphere, Vector};
 use supine_volume::{LabelMap, Volume, components, label};
 
@@ -15,67 +16,42 @@ const MIDDLE_MM: f64 = 12.0;
 /// Voxel faces are summed to flat pieces of this size before their area is taken, mm.
 const PIECE_MM: f64 = 8.0;
 
-/// The boundary between chest wall and soft tissue within a region.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WallUncertainty {
-    /// Its area, cm².
-    pub boundary_cm2: f64,
-    /// The area that may be wrong by more than [`UNCERTAIN_MM`], cm².
-    pub uncertain_cm2: f64,
-    /// The connected uncertain places, the largest first.
-    pub patches: Vec<Patch>,
-}
-
-/// A connected part of the boundary that is uncertain.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Patch {
-    /// Area, cm².
-    pub area_cm2: f64,
-    /// Its point nearest to its middle, LPS, mm.
-    pub centre: Point,
-    /// The error that 19 of 20 such places do not exceed, mm: its mean over the patch.
-    pub error_mm: f64,
-    /// Pairs of seeds on both sides of the boundary as it was found, in the chest wall and in the
-    /// soft tissue, LPS, mm. Together, each moved to where the boundary is, they make the place
-    /// sure.
-    pub seeds: Vec<[Point; 2]>,
-}
-
-impl WallUncertainty {
-    /// Share of the boundary that is uncertain, 0..=1.
-    pub fn share(&self) -> f64 {
-        if self.boundary_cm2 > 0.0 { self.uncertain_cm2 / self.boundary_cm2 } else { 0.0 }
+/// Where a place lies as seen from the front, from the `middle` of the breast of that side: `upper
+/// outer quadrant`, `behind the middle of the breast`, ... Not from the nipple, which falls sideways
+/// in who lies on her back.
+fn place(of: &Point, middle: &Point, side: Side) -> &'static str {
+    let off = of - middle;
+    let (out, up) = (off.x * side.sign(), off.z);
+    let beside = |x: f64| if x.abs() < MIDDLE_MM { 0 } else { x.signum() as i8 };
+    match (beside(up), beside(out)) {
+        (1, 1) => "upper outer quadrant",
+        (1, -1) => "upper inner quadrant",
+        (-1, 1) => "lower outer quadrant",
+        (-1, -1) => "lower inner quadrant",
+        (1, _) => "above the middle of the breast",
+        (-1, _) => "below the middle of the breast",
+        (_, 1) => "outer side, at the height of its middle",
+        (_, -1) => "inner side, at the height of its middle",
+        _ => "behind the middle of the breast",
     }
 }
 
-impl Patch {
-    /// Where the patch lies as seen from the front, from the `middle` of the breast of that side:
-    /// `upper outer quadrant`, `behind the middle of the breast`, ... Not from the nipple, which
-    /// falls sideways in who lies on her back.
-    pub fn place(&self, middle: &Point, side: Side) -> &'static str {
-        let off = self.centre - middle;
-        let (out, up) = (off.x * side.sign(), off.z);
-        let beside = |x: f64| if x.abs() < MIDDLE_MM { 0 } else { x.signum() as i8 };
-        match (beside(up), beside(out)) {
-            (1, 1) => "upper outer quadrant",
-            (1, -1) => "upper inner quadrant",
-            (-1, 1) => "lower outer quadrant",
-            (-1, -1) => "lower inner quadrant",
-            (1, _) => "above the middle of the breast",
-            (-1, _) => "below the middle of the breast",
-            (_, 1) => "outer side, at the height of its middle",
-            (_, -1) => "inner side, at the height of its middle",
-            _ => "behind the middle of the breast",
-        }
-    }
-}
-
-/// The uncertainty of the boundary within a sphere. `map` is [`crate::Segmenter::uncertainty`], on
-/// the grid of the labels.
-pub fn wall_uncertainty(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> WallUncertainty {
-    let Some((start, part)) = labels.grid().around(&region) else {
-        return WallUncertainty::default();
+/// The uncertainty of the boundary within a sphere; places are named from the `middle` (LPS, mm) of
+/// the breast of that side. What they do to the tumour is not known here. `map` is
+/// [`crate::Segmenter::uncertainty`], on the grid of the labels.
+pub fn wall_uncertainty(
+    labels: &LabelMap,
+    map: &Volume<u8>,
+    region: Sphere,
+    (middle, side): (&Point, Side),
+) -> WallUncertainty {
+    let none = || WallUncertainty {
+        boundary_cm2: 0.0,
+        uncertain_cm2: 0.0,
+        limit_mm: UNCERTAIN_MM,
+        patches: vec![],
     };
+    let Some((start, part)) = labels.grid().around(&region) else { return none() };
     let whole = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
     let limit = (UNCERTAIN_MM * f64::from(PER_MM)) as u8;
     let uncertain = components(&Volume::par_from_fn(part.clone(), |v| {
@@ -98,10 +74,11 @@ pub fn wall_uncertainty(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> 
         }
     }
     let grid = labels.grid();
-    let mut patches: Vec<Patch> = patches.into_values().map(|pieces| pieces.patch(grid)).collect();
+    let patch = |pieces: Pieces| pieces.patch(grid, |centre| place(centre, middle, side));
+    let mut patches: Vec<UncertainPatch> = patches.into_values().map(patch).collect();
     patches.sort_by(|a, b| b.area_cm2.total_cmp(&a.area_cm2));
     let uncertain_cm2 = patches.iter().map(|p| p.area_cm2).sum();
-    WallUncertainty { boundary_cm2: boundary.area_cm2(), uncertain_cm2, patches }
+    WallUncertainty { boundary_cm2: boundary.area_cm2(), uncertain_cm2, patches, ..none() }
 }
 
 /// The faces of a voxel that soft tissue touches, as a vector along the grid's axes, mm².
@@ -138,7 +115,7 @@ impl Pieces {
         self.faces.values().map(|f| Vector::from(*f).norm()).sum::<f64>() / 100.0
     }
 
-    fn patch(self, grid: &Grid) -> Patch {
+    fn patch(self, grid: &Grid, place: impl Fn(&Point) -> &'static str) -> UncertainPatch {
         let n = self.points.len() as f64;
         let sum = self.points.iter().fold(Vector::zeros(), |sum, (p, _)| sum + p.coords);
         let middle = Point::from(sum / n);
@@ -147,7 +124,14 @@ impl Pieces {
         let (area_cm2, centre) = (self.area_cm2(), nearest.map_or(middle, |p| p.0));
         let faces = self.points.into_iter().map(|(p, f)| (p, grid.direction() * Vector::from(f)));
         let seeds = pairs::covering(&faces.collect::<Vec<_>>(), &grid.direction().column(2).into());
-        Patch { area_cm2, centre, error_mm: self.errors / n, seeds }
+        UncertainPatch {
+            area_cm2,
+            centre_mm: centre.into(),
+            error_mm: self.errors / n,
+            place: place(&centre).into(),
+            effect_mm: None,
+            seeds_mm: seeds.into_iter().map(|pair| pair.map(<[f64; 3]>::from)).collect(),
+        }
     }
 }
 
@@ -155,6 +139,9 @@ impl Pieces {
 mod tests {
     use super::*;
     use supine_space::Matrix;
+
+    /// From where places are named.
+    const FROM: (&Point, Side) = (&Point::new(0.0, -60.0, 75.0), Side::Left);
 
     /// A cylinder of chest wall, radius 60 mm, with soft tissue round it; uncertain where `on`
     /// holds.
@@ -187,17 +174,19 @@ mod tests {
         let strip = |p: &Point| p.x > 50.0 && (p.z - 90.0).abs() < 5.0;
         let (labels, map) = limb(|p| square(p) || strip(p));
         let region = Sphere::new(Point::new(0.0, 0.0, 75.0), 300.0).unwrap();
-        let found = wall_uncertainty(&labels, &map, region);
+        let found = wall_uncertainty(&labels, &map, region, FROM);
         let want = std::f64::consts::TAU * 6.0 * 15.0;
         assert!((found.boundary_cm2 / want - 1.0).abs() < 0.08, "{} {want}", found.boundary_cm2);
         assert_eq!(found.patches.len(), 2, "{found:?}");
         let [first, second] = [&found.patches[0], &found.patches[1]];
         let want = 2.0 * 6.0 * 0.25f64.asin() * 4.0;
         assert!((first.area_cm2 / want - 1.0).abs() < 0.15, "{first:?} {want}");
-        assert!((first.centre - Point::new(0.0, -60.0, 60.0)).norm() < 4.0, "{first:?}");
-        let across = first.seeds.iter().map(|[wall, soft]| (soft - wall).normalize());
+        let off = Point::from(first.centre_mm) - Point::new(0.0, -60.0, 60.0);
+        assert!(off.norm() < 4.0, "{first:?}");
+        let pairs = first.seeds_mm.iter().map(|pair| pair.map(Point::from));
+        let across = pairs.map(|[wall, soft]| (soft - wall).normalize());
         assert!(across.clone().count() > 3 && across.into_iter().all(|a| a.y < -0.9), "{first:?}");
-        assert!(second.centre.x > 55.0 && (first.error_mm - 5.5).abs() < 1e-9, "{second:?}");
+        assert!(second.centre_mm[0] > 55.0 && (first.error_mm - 5.5).abs() < 1e-9, "{second:?}");
         let sum = first.area_cm2 + second.area_cm2;
         assert!((found.share() - sum / found.boundary_cm2).abs() < 1e-12);
     }
@@ -205,9 +194,7 @@ mod tests {
     #[test]
     fn places_are_named_from_the_patients_side() {
         let at = |x: f64, z: f64, side: Side| {
-            let centre = Point::new(x, 0.0, z);
-            let patch = Patch { area_cm2: 1.0, centre, seeds: vec![], error_mm: 3.0 };
-            patch.place(&Point::new(70.0 * side.sign(), 0.0, 0.0), side)
+            place(&Point::new(x, 0.0, z), &Point::new(70.0 * side.sign(), 0.0, 0.0), side)
         };
         assert_eq!(at(100.0, 30.0, Side::Left), "upper outer quadrant");
         assert_eq!(at(-100.0, -30.0, Side::Right), "lower outer quadrant");
@@ -220,7 +207,7 @@ mod tests {
     fn outside_the_region_nothing_counts() {
         let (labels, map) = limb(|p| p.y > 0.0);
         let region = Sphere::new(Point::new(0.0, -60.0, 75.0), 40.0).unwrap();
-        let found = wall_uncertainty(&labels, &map, region);
+        let found = wall_uncertainty(&labels, &map, region, FROM);
         assert!(found.patches.is_empty() && found.share() == 0.0, "{found:?}");
         assert!((35.0..60.0).contains(&found.boundary_cm2), "{}", found.boundary_cm2);
     }

@@ -4,6 +4,7 @@ use crate::boundary::Boundary;
 use crate::complex::Complex;
 use crate::fit::SAMPLES;
 use supine_mesh::BoundaryTag;
+use supine_record::SurfaceDistance;
 use supine_space::Vector;
 
 /// How far the faces of one tag lie from the surface they follow: that of the smoothed labels, or
@@ -14,12 +15,8 @@ pub struct Deviation {
     pub tag: BoundaryTag,
     /// Area of its faces, mm².
     pub area_mm2: f64,
-    /// Mean distance over the area, mm.
-    pub mean_mm: f64,
-    /// Distance that 95 % of the area keep within, mm.
-    pub p95_mm: f64,
-    /// Largest distance, mm.
-    pub max_mm: f64,
+    /// How far they lie.
+    pub distance: SurfaceDistance,
 }
 
 /// Distance of the boundary faces of each tag to the field they follow.
@@ -52,8 +49,10 @@ fn deviation(mesh: &Complex, fields: &dyn Boundary, tag: BoundaryTag) -> Option<
     Some(Deviation {
         tag,
         area_mm2,
-        mean_mm: samples.iter().map(|s| s.0 * s.1).sum::<f64>() / area_mm2,
-        p95_mm: p95.map_or(max_mm, |s| s.0),
-        max_mm,
+        distance: SurfaceDistance {
+            mean_mm: samples.iter().map(|s| s.0 * s.1).sum::<f64>() / area_mm2,
+            p95_mm: p95.map_or(max_mm, |s| s.0),
+            max_mm,
+        },
     })
 }

@@ -119,7 +119,11 @@ fn a_poor_mesh_made_elsewhere_is_improved_and_reduced_to_the_count() {
                 assert_eq!((made.tets().len(), info.asked), (tetrahedra, tetrahedra));
                 assert!(info.quality.min_dihedral_deg > 25.0, "{:?}", info.quality);
                 assert_eq!(info.deviation.len(), 3, "all three tags");
-                assert!(info.deviation.iter().all(|d| d.max_mm < 0.6), "{:?}", info.deviation);
+                assert!(
+                    info.deviation.iter().all(|d| d.distance.max_mm < 0.6),
+                    "{:?}",
+                    info.deviation
+                );
             }
         });
     }

@@ -7,6 +7,7 @@
 use crate::{Error, Params, carry_points};
 use std::collections::BTreeSet;
 use supine_mesh::Deformation;
+use supine_record::{DenseFate, DenseThing};
 use supine_space::{Grid, Point, Vector};
 use supine_volume::{Ct, LabelMap, label};
 
@@ -23,36 +24,6 @@ const RIM_HU: i16 = 200;
 /// How far that rim is looked for, voxels.
 const RIM: usize = 3;
 
-/// What became of a dense thing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DenseFate {
-    /// It moved as a whole, every value as scanned.
-    Whole,
-    /// It is too large for that: it deformed with the tissue.
-    Deformed,
-    /// It lies where nothing moves.
-    Still,
-    /// It lies outside the body: a wire or a clasp on the skin. It stayed where it was, as scanned.
-    OutsideBody,
-}
-
-/// A dense thing.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Dense {
-    /// Its middle in the CT, LPS, mm.
-    pub centre: Point,
-    /// Its middle in the operating position, LPS, mm.
-    pub after: Point,
-    /// Voxels of at least 300 HU.
-    pub voxels: usize,
-    /// mm³.
-    pub volume_mm3: f64,
-    /// Its largest value, HU.
-    pub peak_hu: i16,
-    /// What became of it.
-    pub fate: DenseFate,
-}
-
 /// Finds dense things in and near the mesh, outside the chest wall, and puts the small ones into
 /// `out`, the CT after deformation on the CT's grid, as they were scanned. In the order of their
 /// first voxels.
@@ -65,7 +36,7 @@ pub fn keep_dense(
     out: &mut Ct,
     deformation: &Deformation,
     params: &Params,
-) -> Result<Vec<Dense>, Error> {
+) -> Result<Vec<DenseThing>, Error> {
     let grid = ct.grid().clone();
     let found = things(ct, labels);
     let middles: Vec<Point> = found.iter().map(|voxels| middle(&grid, voxels)).collect();
@@ -97,7 +68,14 @@ pub fn keep_dense(
             moved.push((voxels, drawn, shift));
         }
         let peak_hu = voxels.iter().map(|n| ct.data()[*n]).max().unwrap_or(DENSE_HU);
-        things.push(Dense { centre, after, voxels: voxels.len(), volume_mm3, peak_hu, fate });
+        things.push(DenseThing {
+            before_mm: centre.into(),
+            after_mm: after.into(),
+            voxels: voxels.len(),
+            volume_mm3,
+            peak_hu,
+            fate,
+        });
     }
     // All that was blurred goes before anything is put back: two clips may lie side by side.
     for (voxels, drawn, _) in &moved {
@@ -266,7 +244,8 @@ mod tests {
         assert_eq!((dense(&out), dense(&ct)), (48, 48));
         assert_eq!(out.at([33, 31, 30]), 2500, "three voxels along x, one along y");
         assert_eq!((out.at([32, 31, 30]), out.at([30, 30, 30])), (-100, -100));
-        assert!((found[1].after - found[1].centre - Vector::new(2.65, 1.4, 0.0)).norm() < 1e-6);
+        let [before, after] = [found[1].before_mm, found[1].after_mm].map(Point::from);
+        assert!((after - before - Vector::new(2.65, 1.4, 0.0)).norm() < 1e-6);
         assert_eq!((found[1].voxels, found[1].peak_hu), (24, 2500));
     }
 

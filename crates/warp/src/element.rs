@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_record::Jacobian;
 use supine_space::Matrix;
 
 /// The deformation gradient F within one tetrahedron, d(deformed)/d(CT), without unit.
@@ -61,21 +62,13 @@ pub(crate) fn min_dets(mesh: &TetMesh, edges: &Edges, displacement: &Displacemen
         .collect()
 }
 
-/// det F over the mesh.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Jacobian {
-    pub(crate) min: f64,
-    pub(crate) p01: f64,
-    pub(crate) mean: f64,
-    pub(crate) p99: f64,
-    pub(crate) max: f64,
-    /// Tetrahedra in which det F <= 0 somewhere.
-    pub(crate) inverted: usize,
-}
-
 /// Statistics of det F: extremes over all [`probes`], mean and percentiles weighted by the volume
-/// of the tetrahedra in the CT.
-pub(crate) fn statistics(mesh: &TetMesh, edges: &Edges, displacement: &Displacement) -> Jacobian {
+/// of the tetrahedra in the CT; and the number of tetrahedra in which det F <= 0 somewhere.
+pub(crate) fn statistics(
+    mesh: &TetMesh,
+    edges: &Edges,
+    displacement: &Displacement,
+) -> (Jacobian, usize) {
     let probes = probes(displacement.order());
     let (mut min, mut max, mut inverted) = (f64::INFINITY, f64::NEG_INFINITY, 0);
     let mut weighted: Vec<(f64, f64)> = Vec::with_capacity(mesh.tets().len() * probes.len());
@@ -103,5 +96,5 @@ pub(crate) fn statistics(mesh: &TetMesh, edges: &Edges, displacement: &Displacem
         reached.map_or(max, |w| w.0)
     };
     let mean = weighted.iter().map(|(det, volume)| det * volume).sum::<f64>() / total;
-    Jacobian { min, p01: percentile(0.01), mean, p99: percentile(0.99), max, inverted }
+    (Jacobian { min, p01: percentile(0.01), mean, p99: percentile(0.99), max }, inverted)
 }

@@ -64,7 +64,7 @@ mod tests;
 pub use beyond::beyond_field_mm3;
 pub use consistency::{consistency, interpolation_error};
 pub use contours::carry_contours;
-pub use dense::{Dense, DenseFate, keep_dense};
+pub use dense::keep_dense;
 pub use dose::{BeyondGrid, CarriedDose, DoseTotals, carry_dose, density, dose_totals};
 pub use dose_volume::DoseVolume;
 pub use error::Error;
@@ -94,30 +94,15 @@ use supine_volume::Ct;
 pub struct Info {
     /// What the user should know.
     pub warnings: Vec<Warning>,
-    /// Width over which the displacement fades towards the cut, mm; 0 without a fade.
-    pub fade_mm: f64,
-    /// Voxels that now hold sampled tissue.
-    pub moved_voxels: usize,
-    /// Voxels that became air.
-    pub vacated_voxels: usize,
+    /// What is told of it, but for dense things and for how well the fields undo each other, which
+    /// [`keep_dense`] and [`consistency`] find.
+    pub facts: supine_record::Warp,
     /// Voxels beside the skin that now hold the CT's blurred skin edge.
     pub collar_voxels: usize,
-    /// Voxels inside more than one deformed tetrahedron: the mesh is folded there.
-    pub folded_voxels: usize,
     /// Tetrahedra with det F <= 0 somewhere, after the fade.
     pub inverted_tetrahedra: usize,
     /// Straight tetrahedra that were rasterised, without the collar.
     pub pieces: usize,
-    /// Smallest det F, after the fade.
-    pub jacobian_min: f64,
-    /// det F below which 1 % of the volume lies.
-    pub jacobian_p01: f64,
-    /// Mean det F over the volume in the CT: the ratio of the volumes.
-    pub jacobian_mean: f64,
-    /// det F below which 99 % of the volume lies.
-    pub jacobian_p99: f64,
-    /// Largest det F.
-    pub jacobian_max: f64,
     /// Largest displacement of a node after the fade, mm.
     pub max_displacement_mm: f64,
 }
@@ -168,20 +153,21 @@ pub fn warp_onto(
     let mut out = undeformed::onto(grid, ct, params, progress.part(0.2, 0.5))?;
     let source = frames::source(ct);
     let (_, counts) = resampling.run(source, &map, out.data_mut(), progress.part(0.5, 1.0))?;
-    let jacobian = element::statistics(curve.mesh, curve.edges, curve.displacement);
+    let (jacobian, inverted_tetrahedra) =
+        element::statistics(curve.mesh, curve.edges, curve.displacement);
     let mut info = Info {
-        fade_mm: prepared.faded.width_mm,
-        moved_voxels: counts.mesh,
-        vacated_voxels: counts.vacated,
+        facts: supine_record::Warp {
+            fade_mm: prepared.faded.width_mm,
+            moved_voxels: counts.mesh,
+            vacated_voxels: counts.vacated,
+            folded_voxels: counts.folded,
+            jacobian,
+            forward_then_backward: None,
+            dense: vec![],
+        },
         collar_voxels: counts.collar,
-        folded_voxels: counts.folded,
-        inverted_tetrahedra: jacobian.inverted,
+        inverted_tetrahedra,
         pieces: pieces.tets.len(),
-        jacobian_min: jacobian.min,
-        jacobian_p01: jacobian.p01,
-        jacobian_mean: jacobian.mean,
-        jacobian_p99: jacobian.p99,
-        jacobian_max: jacobian.max,
         max_displacement_mm: curve.displacement.max_norm(),
         warnings: prepared.faded.warnings,
     };
@@ -197,17 +183,17 @@ fn warn(info: &mut Info, map: &Map, grid: &Grid, pieces: &Pieces) {
     if info.inverted_tetrahedra > 0 {
         let text = format!(
             "{} tetrahedra are turned inside out (smallest det F {:.2}): the volume is wrong there",
-            info.inverted_tetrahedra, info.jacobian_min
+            info.inverted_tetrahedra, info.facts.jacobian.min
         );
         warn("inverted-tetrahedra", text, ("tetrahedra", info.inverted_tetrahedra as f64));
     }
-    if info.folded_voxels > 0 {
+    if info.facts.folded_voxels > 0 {
         let text = format!(
             "{} voxels lie in more than one part of the deformed mesh: it touches or folds over \
              itself there",
-            info.folded_voxels
+            info.facts.folded_voxels
         );
-        warn("overlapping-voxels", text, ("voxels", info.folded_voxels as f64));
+        warn("overlapping-voxels", text, ("voxels", info.facts.folded_voxels as f64));
     }
     let size = grid.size();
     let beyond = |v: &[f64; 3]| (0..3).any(|a| v[a] < -0.5 || v[a] > size[a] as f64 - 0.5);

@@ -2,14 +2,15 @@
 
 use super::Batch;
 use super::rows::{Row, refused, rows};
+use crate::Error;
 use crate::commands::run::Change;
 use crate::folder::usable_name;
 use crate::spec::Spec;
 use crate::status::case_name;
-use crate::{Error, Place};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use supine_report::RunPlace;
 
 /// The case file of a folder.
 const CASE_FILE: &str = "case.toml";
@@ -110,7 +111,7 @@ fn check_names(all: &[Case]) -> Result<(), Error> {
 }
 
 /// Where a failure of a row lies: in the table, where its own error does not say it.
-pub(super) fn place_in(mut place: Place, case: &Case) -> Place {
+pub(super) fn place_in(mut place: RunPlace, case: &Case) -> RunPlace {
     if case.row.is_some() && place.file.is_none() {
         place.file = Some(case.file.clone());
     }

@@ -14,7 +14,7 @@ use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
-use supine_dicom::{ReadParams, SeriesReport};
+use supine_dicom::{ReadParams, SeriesReport, SeriesSummary};
 use supine_segment::tumour_place;
 use supine_space::{Failure, Side};
 use tumour::Found;
@@ -44,22 +44,11 @@ pub struct InitDone {
     /// The case file.
     pub case: PathBuf,
     /// The series of the folder that can be used; empty of a CT that is one file.
-    pub series: Vec<SeriesLine>,
+    pub series: Vec<SeriesSummary>,
     /// Keys that are left to be filled in, in the order of the file.
     pub missing: Vec<&'static str>,
     /// Whether the side was proposed from the tumour's place.
     pub breast_proposed: bool,
-}
-
-/// A series that can be used.
-#[derive(Clone, Debug, Serialize)]
-pub struct SeriesLine {
-    /// Series Instance UID.
-    pub uid: String,
-    /// Series Description.
-    pub description: String,
-    /// Number of slices.
-    pub slices: usize,
 }
 
 /// Looks at a CT and writes a case file with a comment for every key; what is not known is left as
@@ -98,7 +87,7 @@ pub fn init(given: &Init, observer: &dyn Observer) -> Result<InitDone, Error> {
 }
 
 /// The series that can be used, and whether the folder holds others too.
-fn usable(given: &Init, observer: &dyn Observer) -> Result<(Vec<SeriesLine>, bool), Error> {
+fn usable(given: &Init, observer: &dyn Observer) -> Result<(Vec<SeriesSummary>, bool), Error> {
     if let Err(source) = std::fs::metadata(&given.ct) {
         return Err(Error::Missing { key: "ct", path: given.ct.clone(), source });
     }
@@ -120,7 +109,7 @@ fn usable(given: &Init, observer: &dyn Observer) -> Result<(Vec<SeriesLine>, boo
             given.ct.display()
         )));
     }
-    let line = |s: &&SeriesReport| SeriesLine {
+    let line = |s: &&SeriesReport| SeriesSummary {
         uid: s.uid.clone(),
         description: s.description.clone(),
         slices: s.slices,

@@ -15,7 +15,7 @@ use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{RestState, Tissue};
 use supine_mesh::{Deformation, ScanDistances};
 use supine_personalise::{Carried, EvaluationQuestion, NEAR_MM, evaluate};
-use supine_register::{Skin, Spread};
+use supine_register::Skin;
 use supine_report::{EvaluatedSurface, Evaluation as Told, Input, SkinDistances};
 use supine_space::{Failure, Point, Progress, Side, Warning};
 
@@ -168,17 +168,10 @@ fn by_default(law: &Law, meshed: &Meshed, work: &Work<'_>) -> Result<Option<Defo
 }
 
 fn told(found: &supine_personalise::Evaluation) -> Told {
-    let of = |spread: Spread| SkinDistances {
-        points: spread.count,
-        mean_mm: spread.mean_mm,
-        rms_mm: spread.rms_mm,
-        p95_mm: spread.p95_mm,
-        max_mm: spread.max_mm,
-    };
-    let surface = |(name, [near, breast]): (&str, [Spread; 2])| EvaluatedSurface {
+    let surface = |(name, [near, breast]): (&str, [SkinDistances; 2])| EvaluatedSurface {
         name: name.into(),
-        near: of(near),
-        breast: of(breast),
+        near,
+        breast,
     };
     Told {
         surfaces: found.spreads().map(surface).collect(),

@@ -19,9 +19,7 @@ use supine_fem::{Body, Load, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
 use supine_personalise::{Choice, DECIDES, FitQuestion, Tissues, UPRIGHT_DEG, compare, fit};
 use supine_register::Skin;
-use supine_report::{
-    DeviationParts, FitStep, FittedTissues, Input, Moduli, OneModulus, StateFit, TissueFit,
-};
+use supine_report::{FittedTissues, Input, Moduli, OneModulus, StateFit, TissueFit};
 use supine_segment::UNCERTAIN_MM;
 use supine_space::{Failure, Progress, Side, Warning};
 use supine_tetrahedralise::Refinement;
@@ -220,7 +218,7 @@ fn one_modulus(
     progress: Progress<'_>,
 ) -> Result<Option<OneModulus>, Error> {
     let rest = found.choice.rest();
-    let by_tissue = found.states.iter().find(|state| state.rest == rest);
+    let by_tissue = found.states.iter().find(|state| state.fit.rest == rest);
     let (Some(_), Some(by_tissue)) = (&question.body.young_kpa, by_tissue) else { return Ok(None) };
     let body = Body { young_kpa: None, ..question.body.clone() };
     let coarse = Body { young_kpa: None, ..question.coarse.clone() };
@@ -233,8 +231,8 @@ fn one_modulus(
     };
     let one = fitted.states.first();
     Ok(one.map(|one| OneModulus {
-        young_kpa: one.young_kpa,
-        misfit_mm: one.misfit_mm,
+        young_kpa: one.fit.young_kpa,
+        misfit_mm: one.fit.misfit_mm,
         evidence: compare(question, one, by_tissue),
     }))
 }
@@ -267,7 +265,7 @@ fn wall_mm(segmented: &Segmented, mesh: &TetMesh) -> Result<f64, Error> {
 /// What was found in the words of the summary, the rest state to go on with first.
 fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>) -> TissueFit {
     let chosen = found.choice.rest();
-    let mut states: Vec<StateFit> = found.states.iter().map(state).collect();
+    let mut states: Vec<StateFit> = found.states.iter().map(|s| s.fit.clone()).collect();
     states.sort_by_key(|state| state.rest != chosen);
     let (decided, evidence) = match found.choice {
         Choice::Asked(_) => (true, None),
@@ -275,41 +273,6 @@ fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>)
         Choice::Open { evidence, .. } => (false, Some(evidence)),
     };
     TissueFit { states, decided, evidence, one_modulus: None, supine }
-}
-
-fn state(state: &supine_personalise::StateFit) -> StateFit {
-    let end = |side: f64| state.young_kpa * (side * NORMAL_95 * state.deviation).exp();
-    let path = state.path.iter();
-    StateFit {
-        rest: state.rest,
-        young_kpa: state.young_kpa,
-        interval_kpa: [end(-1.0), end(1.0)],
-        deviation: state.deviation,
-        parts: parts(&state.parts),
-        lean_deg: state.lean_deg,
-        misfit_mm: state.misfit_mm,
-        tissues: state.proportions.as_ref().map(tissues),
-        other_pose: state.other_pose,
-        patient_from_scan: state.aligned.pose.to_homogeneous().transpose().into(),
-        path: path
-            .map(|&(young_kpa, objective_mm2)| FitStep { young_kpa, objective_mm2 })
-            .collect(),
-        ended: state.ended.clone(),
-    }
-}
-
-fn parts(parts: &supine_personalise::DeviationParts) -> DeviationParts {
-    let supine_personalise::DeviationParts { scan, posture, tissues, mesh, wall, misfit } = *parts;
-    DeviationParts { scan, posture, tissues, mesh, wall, misfit }
-}
-
-fn tissues(fitted: &supine_personalise::Proportions) -> FittedTissues {
-    let supine_personalise::Proportions { gland, skin, tumour, deviations, .. } = *fitted;
-    let interval = |median: f64, k: usize| {
-        [-NORMAL_95, NORMAL_95].map(|side| median * (side * deviations[k]).exp())
-    };
-    let [gland_interval, skin_interval] = [interval(gland, 0), interval(skin, 1)];
-    FittedTissues { gland, gland_interval, skin, skin_interval, tumour, deviations }
 }
 
 /// Says what speaks against it.

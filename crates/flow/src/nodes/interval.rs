@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_fem::Body;
 use supine_mesh::Locator;
-use supine_personalise::{LEVEL, LogNormal, ModulusPrior, Patch, Question, tumour_interval};
+use supine_personalise::{LEVEL, LogNormal, ModulusPrior, Question, tumour_interval};
 use supine_report::SphereRecord;
 use supine_report::{Ellipsoid, ModulusKnown, OtherRest, StateFit, TissueFit, TumourInterval};
 use supine_segment::{UNCERTAIN_MM, UNCERTAINTY_PER_MM};
@@ -74,7 +74,6 @@ impl Node for Interval {
             .collect();
         let (load, params) = (law.load(), law.solver());
         let coarse = coarser(&body, COARSE, &Refinement::None, work.progress.part(0.0, 0.4))?;
-        let patches: Vec<Patch> = region.patches().iter().map(patch).collect();
         let map = segmented.uncertainty(Progress::none())?;
         let question = Question {
             body: &body,
@@ -87,7 +86,7 @@ impl Node for Interval {
             wall_error_mm: &|place| {
                 map.as_deref().map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place))
             },
-            patches: &patches,
+            patches: region.patches(),
             tissues: &tissues,
         };
         match tumour_interval(&question, work.progress.part(0.4, 1.0)) {
@@ -160,11 +159,6 @@ fn stopped(error: &supine_personalise::Error) -> bool {
     error.kind() == Failure::Stopped
 }
 
-fn patch(patch: &supine_report::UncertainPatch) -> Patch {
-    let (centre, area_mm2) = (Point::from(patch.centre_mm), patch.area_cm2 * 100.0);
-    Patch { centre, area_mm2, error_mm: patch.error_mm }
-}
-
 /// The error at a place of the wall, mm: that of the voxels around that know one, at most
 /// [`WALL_MM`] away; [`UNCERTAIN_MM`] where none does.
 pub(crate) fn wall_error_mm(map: &Volume<u8>, place: &Point) -> f64 {
@@ -212,6 +206,5 @@ fn told(
         }),
         shares: found.shares.clone(),
     };
-    let effects_mm = found.patches.iter().map(|patch| patch.change_mm).collect();
-    Known { interval: Some(interval), effects_mm }
+    Known { interval: Some(interval), effects_mm: found.patch_effects_mm.clone() }
 }

@@ -54,7 +54,7 @@ pub(crate) use source::Source;
 pub(crate) use structures::Structures;
 pub(crate) use tissues::{Labelled, Tissues};
 pub(crate) use tumour::Tumour;
-pub(crate) use warp::{Warp, beyond_field, warp_facts};
+pub(crate) use warp::{Warp, beyond_field};
 
 use crate::graph::Entry;
 

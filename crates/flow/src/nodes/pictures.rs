@@ -33,7 +33,7 @@ pub(crate) struct Drawn {
 
 impl Node for Pictures {
     const ID: NodeId = NodeId::Pictures;
-    const METHOD: u32 = 8;
+    const METHOD: u32 = 9;
     const KEPT: bool = false;
     type NodeInputs = NodeInputs;
     type Parents =
@@ -63,10 +63,12 @@ impl Node for Pictures {
             evaluated,
         ) = parents;
         let uncertainty = segmented.uncertainty(Progress::none())?;
+        let surfaces = segmented.drawn(Progress::none())?;
         let scene = Scene {
             ct: &input.ct,
             deformed: &warped.ct,
             labels: &segmented.labels,
+            surfaces: &surfaces,
             uncertainty: uncertainty.as_deref(),
             tissues: tissues.labels.as_deref(),
             deformation: &warped.carried,

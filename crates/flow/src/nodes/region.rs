@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_report::{QualityCheck, SphereRecord, UncertainPatch, WallUncertainty};
-use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
+use supine_segment::{Breast, BreastPlace, Nipple};
 use supine_space::{Point, Progress, Side, Sphere, Warning};
 use supine_volume::{Ct, Field, LabelMap, label};
 
@@ -139,20 +139,24 @@ impl Node for Region {
         let middle = breast.as_ref().map_or(sphere.centre(), Breast::centre);
         progress.at(0.5)?;
         let tenths = segmented.uncertainty(progress.part(0.5, 0.6))?;
-        let found = tenths.map(|tenths| supine_segment::wall_uncertainty(map, &tenths, sphere));
+        let from = (&middle, side);
+        let uncertainty =
+            tenths.map(|tenths| supine_segment::wall_uncertainty(map, &tenths, sphere, from));
         progress.at(0.6)?;
         let place = BreastPlace {
             region: sphere,
             side,
             breast: breast.as_ref(),
-            uncertainty: found.as_ref(),
-            middle,
+            uncertainty: uncertainty.as_ref(),
         };
         let checked = supine_segment::check_region(ct, &input.field, map, &place)?;
         work.warn_all(checked.warnings);
         progress.at(0.8)?;
         Ok(Chosen {
-            uncertainty: found.map(|found| wall_uncertainty(&found, middle, side)),
+            uncertainty: uncertainty.map(|mut found| {
+                found.patches.truncate(PATCHES);
+                found
+            }),
             proposed: inputs.region.is_none(),
             soft_tissue_ml: volume_ml(map, sphere, label::is_soft_tissue),
             chest_wall_ml: volume_ml(map, sphere, label::is_chest_wall),
@@ -203,28 +207,6 @@ impl Chosen {
     /// The uncertain places of the chest wall, the largest first.
     pub(crate) fn patches(&self) -> &[UncertainPatch] {
         self.uncertainty.as_ref().map_or(&[], |uncertainty| &uncertainty.patches)
-    }
-}
-
-/// The uncertainty in the words of the summary.
-fn wall_uncertainty(
-    found: &supine_segment::WallUncertainty,
-    middle: Point,
-    side: Side,
-) -> WallUncertainty {
-    let told = |patch: &supine_segment::Patch| UncertainPatch {
-        area_cm2: patch.area_cm2,
-        centre_mm: patch.centre.coords.into(),
-        error_mm: patch.error_mm,
-        place: patch.place(&middle, side).into(),
-        effect_mm: None,
-        seeds_mm: patch.seeds.iter().map(|pair| pair.map(|p| p.coords.into())).collect(),
-    };
-    WallUncertainty {
-        boundary_cm2: found.boundary_cm2,
-        uncertain_cm2: found.uncertain_cm2,
-        limit_mm: UNCERTAIN_MM,
-        patches: found.patches.iter().take(PATCHES).map(told).collect(),
     }
 }
 

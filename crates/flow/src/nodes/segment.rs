@@ -38,6 +38,8 @@ pub(crate) struct Segmented {
     pub(crate) labels: Arc<LabelMap>,
     /// Skin and chest wall between the voxels; none of supplied labels.
     pub(crate) surfaces: Option<Lazy<Surfaces>>,
+    /// The same of supplied labels, half way between the voxels.
+    half_way: Lazy<Surfaces>,
     /// How far the boundary of the chest wall may be wrong, tenths of mm; none of supplied labels.
     uncertainty: Option<Lazy<Volume<u8>>>,
     /// The implants that were found, if any.
@@ -55,7 +57,22 @@ impl Segmented {
             checks: vec![],
             inputs: vec![],
         };
-        Self { labels, surfaces, uncertainty: None, implants: None, facts }
+        let half_way = half_way(&labels);
+        Self { labels, surfaces, half_way, uncertainty: None, implants: None, facts }
+    }
+
+    /// Skin and chest wall as every picture draws them: between the voxels where that is known,
+    /// else half way between these.
+    ///
+    /// # Errors
+    /// When they cannot be made or read, or the callback asked to stop.
+    pub(crate) fn drawn(&self, progress: Progress<'_>) -> Result<Arc<Surfaces>, Error> {
+        self.surfaces.as_ref().unwrap_or(&self.half_way).get(progress)
+    }
+
+    /// The same if they are in memory.
+    pub(crate) fn peek_drawn(&self) -> Option<Arc<Surfaces>> {
+        self.surfaces.as_ref().unwrap_or(&self.half_way).peek().cloned()
     }
 
     /// The same if it is in memory.
@@ -73,6 +90,11 @@ impl Segmented {
     ) -> Result<Option<Arc<Volume<u8>>>, Error> {
         self.uncertainty.as_ref().map(|map| map.get(progress)).transpose()
     }
+}
+
+fn half_way(labels: &Arc<LabelMap>) -> Lazy<Surfaces> {
+    let labels = Arc::clone(labels);
+    Lazy::made(move |_| Ok(Surfaces::half_way(&labels)))
 }
 
 /// What is known of the segmentation beside the labels.
@@ -166,12 +188,13 @@ impl Node for Segment {
         let implants = there("implants").map(|path| {
             Lazy::made(move |progress| read_labels(&path, progress).map_err(Error::product))
         });
-        Ok(Segmented { labels, surfaces, uncertainty, implants, facts })
+        let half_way = half_way(&labels);
+        Ok(Segmented { labels, surfaces, half_way, uncertainty, implants, facts })
     }
 
     fn bytes(out: &Segmented) -> usize {
         let voxels = out.labels.grid().len();
-        let surfaces = out.surfaces.as_ref().and_then(Lazy::peek).map_or(0, |_| 4 * voxels);
+        let surfaces = out.peek_drawn().map_or(0, |_| 4 * voxels);
         let uncertainty = out.uncertainty.as_ref().and_then(Lazy::peek).map_or(0, |_| voxels);
         voxels + surfaces + uncertainty
     }
@@ -262,6 +285,7 @@ fn found(inputs: &NodeInputs, ready: &Prepared, work: &Work<'_>) -> Result<Segme
         uncertainty.get(progress.part(0.9, 1.0))?;
     }
     Ok(Segmented {
+        half_way: half_way(&labels),
         labels,
         surfaces: Some(surfaces),
         uncertainty: Some(uncertainty),

@@ -54,16 +54,10 @@ impl Solved {
     /// A displacement that is given in place of being found.
     pub(crate) fn given(deformation: Deformation) -> Self {
         let solve = supine_report::Solve {
-            iterations: 0,
-            indefinite: 0,
-            load_steps: 0,
-            residual: 0.0,
             min_det_f: 1.0,
-            min_det_f_mm: [0.0; 3],
             max_det_f: 1.0,
             max_displacement_mm: deformation.displacement().max_norm(),
-            spring_kpa_mm: None,
-            reload_error_mm: None,
+            ..supine_report::Solve::default()
         };
         Self { deformation, facts: Facts { solve, unknowns: 0 } }
     }
@@ -90,20 +84,8 @@ impl Node for Solve {
         let body = inputs.body(&meshed, moduli.as_ref().as_ref(), fit.tissue());
         let (deformation, info) =
             supine_fem::solve(&body, &inputs.load(), &inputs.solver(), work.progress)?;
-        let solve = supine_report::Solve {
-            iterations: info.iterations,
-            indefinite: info.indefinite,
-            load_steps: info.load_steps,
-            residual: info.residual,
-            min_det_f: info.min_det_f,
-            min_det_f_mm: info.min_det_f_at.coords.into(),
-            max_det_f: info.max_det_f,
-            max_displacement_mm: info.max_displacement_mm,
-            spring_kpa_mm: info.spring_kpa_mm,
-            reload_error_mm: info.unloading.and_then(|unloading| unloading.reload_error_mm),
-        };
         work.warn_all(info.warnings);
-        let facts = Facts { solve, unknowns: info.unknowns };
+        let facts = Facts { solve: info.solve, unknowns: info.unknowns };
         Ok(Solved { deformation, facts })
     }
 

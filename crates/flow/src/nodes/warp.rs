@@ -7,10 +7,10 @@ use crate::work::Work;
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use supine_mesh::Deformation;
-use supine_report::{DenseThing, Jacobian};
+use supine_report::{DenseFate, DenseThing};
 use supine_space::{Progress, Warning};
 use supine_volume::Ct;
-use supine_warp::{Dense, DenseFate, Info, Interpolation, Params};
+use supine_warp::{Interpolation, Params};
 
 pub(crate) struct Warp;
 
@@ -49,9 +49,9 @@ impl Node for Warp {
         let (mut ct, info) = supine_warp::warp(&input.ct, deformation, &params, part)?;
         let labels = &segmented.labels;
         let dense = supine_warp::keep_dense(&input.ct, labels, &mut ct, deformation, &params)?;
-        let facts = supine_report::Warp { dense: things(&dense), ..warp_facts(&info) };
         work.warn_all(info.warnings);
         work.warn_all(dense_warnings(&dense));
+        let facts = supine_report::Warp { dense, ..info.facts };
         let part = work.progress.part(0.9, 1.0);
         work.warn_all(beyond_field(&input, deformation, &params, part)?);
         let carried = Arc::new(supine_warp::fade(deformation, &params)?.deformation);
@@ -88,26 +88,8 @@ pub(crate) fn beyond_field(
     Ok((cm3 > BEYOND_CM3).then(told))
 }
 
-fn things(dense: &[Dense]) -> Vec<DenseThing> {
-    let thing = |d: &Dense| DenseThing {
-        before_mm: d.centre.into(),
-        after_mm: d.after.into(),
-        voxels: d.voxels,
-        volume_mm3: d.volume_mm3,
-        peak_hu: d.peak_hu,
-        fate: match d.fate {
-            DenseFate::Whole => "whole",
-            DenseFate::Deformed => "deformed",
-            DenseFate::Still => "still",
-            DenseFate::OutsideBody => "outside_body",
-        }
-        .into(),
-    };
-    dense.iter().map(thing).collect()
-}
-
 /// What a planner has to know of metal.
-fn dense_warnings(dense: &[Dense]) -> Vec<Warning> {
+fn dense_warnings(dense: &[DenseThing]) -> Vec<Warning> {
     let count = |fate| dense.iter().filter(|d| d.fate == fate).count();
     let told = [
         (
@@ -130,23 +112,4 @@ fn dense_warnings(dense: &[Dense]) -> Vec<Warning> {
     let said = told.into_iter().map(|(fate, code, text)| (count(fate), code, text));
     let said = said.filter(|(n, ..)| *n > 0);
     said.map(|(n, code, text)| Warning::new(code, format!("{n} {text}"))).collect()
-}
-
-/// The warp's part of the summary; how well the fields undo each other is known only to them.
-pub(crate) fn warp_facts(info: &Info) -> supine_report::Warp {
-    supine_report::Warp {
-        fade_mm: info.fade_mm,
-        moved_voxels: info.moved_voxels,
-        vacated_voxels: info.vacated_voxels,
-        folded_voxels: info.folded_voxels,
-        jacobian: Jacobian {
-            min: info.jacobian_min,
-            p01: info.jacobian_p01,
-            mean: info.jacobian_mean,
-            p99: info.jacobian_p99,
-            max: info.jacobian_max,
-        },
-        forward_then_backward: None,
-        dense: vec![],
-    }
 }

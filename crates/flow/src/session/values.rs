@@ -61,23 +61,22 @@ impl Session {
         Some((Arc::clone(&warped.carried), freshness))
     }
 
-    /// Skin and chest wall between the voxels, made if they are not held; none of supplied labels.
+    /// Skin and chest wall as they are drawn, made if they are not held: between the voxels, of
+    /// supplied labels half way between these.
     ///
     /// # Errors
     /// When a stage fails, or the observer ends the work.
-    pub fn surfaces(&self, request: &Request<'_>) -> Result<Option<Arc<Surfaces>>, Error> {
+    pub fn surfaces(&self, request: &Request<'_>) -> Result<Arc<Surfaces>, Error> {
         let segmented = self.get::<Segment>(request)?;
         let (node, observer, failed) = (NodeId::Segment, request.observer, &AtomicBool::new(false));
         let watch = Watched { node, observer, failed };
-        let made =
-            || segmented.surfaces.as_ref().map(|all| all.get(Progress::new(&watch))).transpose();
-        self.pool_of(request.lane).install(made)
+        self.pool_of(request.lane).install(|| segmented.drawn(Progress::new(&watch)))
     }
 
-    /// Skin and chest wall between the voxels that are held, of the labels that are held; nothing
-    /// is made.
+    /// Skin and chest wall as they are drawn, if they are held, of the labels that are held;
+    /// nothing is made.
     pub fn peek_surfaces(&self) -> Option<Arc<Surfaces>> {
-        self.peek::<Segment>()?.0.surfaces.as_ref()?.peek().cloned()
+        self.peek::<Segment>()?.0.peek_drawn()
     }
 
     /// The map of the uncertainty of the chest wall that is held, tenths of mm, of the labels that

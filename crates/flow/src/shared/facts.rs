@@ -36,8 +36,7 @@ pub fn mesh_facts(mesh: &TetMesh, info: &supine_tetrahedralise::Info) -> Mesh {
 }
 
 fn surface_fit(d: &Deviation) -> SurfaceFit {
-    let tag = d.tag.name().into();
-    SurfaceFit { tag, mean_mm: d.mean_mm, p95_mm: d.p95_mm, max_mm: d.max_mm }
+    SurfaceFit { tag: d.tag.name().into(), distance: d.distance }
 }
 
 fn worst_tet(mesh: &TetMesh, tet: usize) -> WorstTet {

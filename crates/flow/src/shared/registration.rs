@@ -59,10 +59,7 @@ pub fn write_registration(
         folder: "registration".into(),
         grid: vectors.grid().size(),
         spacing_mm: vectors.grid().spacing().into(),
-        voxels: error.as_ref().map_or(0, |e| e.voxels),
-        mean_mm: error.as_ref().map_or(0.0, |e| e.mean_mm),
-        p99_mm: error.as_ref().map_or(0.0, |e| e.p99_mm),
-        max_mm: error.as_ref().map_or(0.0, |e| e.max_mm),
+        error: error.unwrap_or_default(),
     })
 }
 

@@ -1,6 +1,6 @@
 //! Which rest state a scan supports.
 
-use super::StateFit;
+use super::FittedState;
 use super::carried::{Carried, Part};
 use super::limits::REACH_MM;
 use supine_fem::RestState;
@@ -51,24 +51,24 @@ impl Choice {
 
 /// N ln(S'/S) for one fit (S) against another on the same mesh, S the squares of the breast's
 /// residuals, N of them independent in the better one; negative when the other is better.
-pub(super) fn evidence(one: &StateFit, other: &StateFit, carried: &Carried) -> f64 {
-    let better = if one.misfit_mm <= other.misfit_mm { one } else { other };
-    independent(&breast(better, carried)) * 2.0 * (other.misfit_mm / one.misfit_mm).ln()
+pub(super) fn evidence(one: &FittedState, other: &FittedState, carried: &Carried) -> f64 {
+    let better = if one.fit.misfit_mm <= other.fit.misfit_mm { one } else { other };
+    independent(&breast(better, carried)) * 2.0 * (other.fit.misfit_mm / one.fit.misfit_mm).ln()
 }
 
 /// Compares the squares of the breast's residuals.
-pub(super) fn choice(states: &[StateFit], carried: &Carried) -> Choice {
-    let [a, b] = states else { return Choice::Asked(states[0].rest) };
-    let (better, worse) = if a.misfit_mm <= b.misfit_mm { (a, b) } else { (b, a) };
+pub(super) fn choice(states: &[FittedState], carried: &Carried) -> Choice {
+    let [a, b] = states else { return Choice::Asked(states[0].fit.rest) };
+    let (better, worse) = if a.fit.misfit_mm <= b.fit.misfit_mm { (a, b) } else { (b, a) };
     let evidence = evidence(better, worse, carried);
     match evidence > DECIDES {
-        true => Choice::Decided { rest: better.rest, evidence },
-        false => Choice::Open { better: better.rest, evidence },
+        true => Choice::Decided { rest: better.fit.rest, evidence },
+        false => Choice::Open { better: better.fit.rest, evidence },
     }
 }
 
 /// Places and residuals of the breast.
-fn breast(state: &StateFit, carried: &Carried) -> Vec<(Point, f64)> {
+fn breast(state: &FittedState, carried: &Carried) -> Vec<(Point, f64)> {
     let own = |m: &&Match| {
         carried.parts[m.nearest as usize] == Part::Breast && m.residual_mm.abs() < REACH_MM
     };

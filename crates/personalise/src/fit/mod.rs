@@ -23,12 +23,13 @@ pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
 pub use family::UPRIGHT_DEG;
 pub(crate) use limits::REACH_MM;
-pub use tissues::{Proportions, Tissues, moduli};
+pub use tissues::{Tissues, moduli};
 
 use crate::Error;
 use rayon::prelude::*;
 use supine_fem::{Body, Load, Params, RestState};
 use supine_mesh::{Scan, ScanDistances};
+use supine_record::{FittedTissues, StateFit};
 use supine_register::{Aligned, Skin};
 use supine_space::{Beside, Point, Pose, Progress, Sphere};
 
@@ -69,69 +70,27 @@ pub struct FitQuestion<'a> {
     pub tissues: Option<Tissues<'a>>,
 }
 
-/// The modulus that fits best in one rest state.
+/// The modulus that fits best in one rest state, and how it fits.
 #[derive(Clone, Debug)]
-pub struct StateFit {
-    /// The rest state.
-    pub rest: RestState,
-    /// Young's modulus, kPa.
-    pub young_kpa: f64,
-    /// Standard deviation of its logarithm.
-    pub deviation: f64,
-    /// What it is made of.
-    pub parts: DeviationParts,
-    /// How far gravity pulls from where it was said to, towards that of the CT, degrees: how far
-    /// the patient leans back.
-    pub lean_deg: f64,
-    /// Moduli of the tissues, where they were sought.
-    pub proportions: Option<Proportions>,
+pub struct FittedState {
+    /// What was found.
+    pub fit: StateFit,
+    /// Whether the moduli of the tissues, where they were sought, stayed where they were solved at
+    /// last; if not, they are not told.
+    pub settled: bool,
     /// Pose of the scan, the points that lie on the skin, the objective.
     pub aligned: Aligned,
-    /// Residuals of the breast, mm rms.
-    pub misfit_mm: f64,
     /// Share of the breast's skin that the scan shows.
     pub seen: f64,
     /// The skin of the model with what was fitted, its points in the order of the CT's, LPS, mm.
     pub skin: Vec<Point>,
-    /// The objective of the best pose that is another, over that of the best; none when one pose
-    /// was followed, or all became one.
-    pub other_pose: Option<f64>,
-    /// Modulus (kPa) and objective (mm²) along the path, from stiff to soft.
-    pub path: Vec<(f64, f64)>,
-    /// Why the path ended before the objective had risen; none when it had.
-    pub ended: Option<String>,
-}
-
-/// What the deviation of ln E is made of: independent of each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeviationParts {
-    /// Other patches of skin, by bootstrap.
-    pub scan: f64,
-    /// That how far the patient leaned is known no better than its prior says.
-    pub posture: f64,
-    /// That the moduli of the tissues are known no better than their priors say.
-    pub tissues: f64,
-    /// Mesh and weights.
-    pub mesh: f64,
-    /// The chest wall as a whole is off.
-    pub wall: f64,
-    /// One modulus does not describe the breast.
-    pub misfit: f64,
-}
-
-impl DeviationParts {
-    /// All of them together.
-    pub fn whole(&self) -> f64 {
-        let parts = [self.scan, self.posture, self.tissues, self.mesh, self.wall, self.misfit];
-        parts.iter().map(|part| part * part).sum::<f64>().sqrt()
-    }
 }
 
 /// The modulus in each rest state, and what the scan says of these.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// In the order asked.
-    pub states: Vec<StateFit>,
+    pub states: Vec<FittedState>,
     /// Which rest state the scan supports.
     pub choice: Choice,
     /// The scan's distances from the skin of the CT (`ct`), and from that of the model in the rest
@@ -140,16 +99,17 @@ pub struct Fit {
 }
 
 /// That the scan shows the breast, of a patient who sits.
-fn check(state: &StateFit) -> Result<(), Error> {
+fn check(state: &FittedState) -> Result<(), Error> {
     if state.seen < SEEN {
         return Err(Error::NotSeen { share: state.seen });
     }
-    if state.lean_deg.abs() > LEANS_DEG {
-        return Err(Error::Posture { lean_deg: state.lean_deg, misfit_mm: state.misfit_mm });
+    let StateFit { rest, lean_deg, misfit_mm, .. } = state.fit;
+    if lean_deg.abs() > LEANS_DEG {
+        return Err(Error::Posture { lean_deg, misfit_mm });
     }
-    match state.proportions {
-        Some(Proportions { gland, skin, still: false, .. }) => {
-            Err(Error::Unsettled { rest: state.rest, gland, skin })
+    match state.fit.tissues {
+        Some(FittedTissues { gland, skin, .. }) if !state.settled => {
+            Err(Error::Unsettled { rest, gland, skin })
         }
         _ => Ok(()),
     }
@@ -158,7 +118,7 @@ fn check(state: &StateFit) -> Result<(), Error> {
 /// How much better one fit describes the breast than another on the same mesh: N ln(S'/S), S the
 /// squares of the breast's residuals, N of them independent. Above [`DECIDES`] the one is to be
 /// taken, below its negative the other.
-pub fn compare(question: &FitQuestion<'_>, one: &StateFit, other: &StateFit) -> f64 {
+pub fn compare(question: &FitQuestion<'_>, one: &FittedState, other: &FittedState) -> f64 {
     let carried = Carried::new(question.skin, &question.body.mesh, question.other);
     evidence::evidence(one, other, &carried)
 }
@@ -179,12 +139,12 @@ pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Er
         let found = search::search(question, &coarse, *rest, progress.part(0.0, 0.6))?;
         refined::refined(question, [&coarse, &fine], *rest, found, progress.part(0.6, 1.0))
     };
-    let states: Vec<Result<StateFit, Error>> =
+    let states: Vec<Result<FittedState, Error>> =
         question.states.par_iter().enumerate().map(one).collect();
     let states = states.into_iter().collect::<Result<Vec<_>, _>>()?;
     let choice = evidence::choice(&states, &fine);
     let mut distances = ScanDistances::default();
-    if let Some(chosen) = states.iter().find(|state| state.rest == choice.rest()) {
+    if let Some(chosen) = states.iter().find(|state| state.fit.rest == choice.rest()) {
         check(chosen)?;
         let surfaces = [("ct", fine.points.clone()), ("fitted", chosen.skin.clone())];
         distances =

@@ -5,11 +5,12 @@ use super::family::Family;
 use super::limits::{PRIOR_MM2, REACH_MM};
 use super::search::{Found, solve};
 use super::tissues::{self, Tissues, settled};
-use super::{DeviationParts, FitQuestion, StateFit, bootstrap};
+use super::{FitQuestion, FittedState, bootstrap};
 use crate::Error;
 use nalgebra::DMatrix;
 use supine_fem::{Body, Params, RestState, Sequence};
 use supine_mesh::PointTree;
+use supine_record::{DeviationParts, StateFit, interval_95};
 use supine_register::{Aligned, Shape, Start, align};
 use supine_space::{Point, Progress};
 
@@ -39,7 +40,7 @@ pub(super) fn refined(
     rest: RestState,
     found: Found,
     progress: Progress<'_>,
-) -> Result<StateFit, Error> {
+) -> Result<FittedState, Error> {
     let Found { aligned, path, ended, other_pose } = found;
     let level = |body, carried, tissues| Level { question, body, carried, tissues, rest };
     let (mut start, mut from) = (Settled { aligned, about: None, still: true }, 0.0);
@@ -63,26 +64,27 @@ pub(super) fn refined(
         wall: WALL_PER_MM * question.wall_mm,
         misfit: MISFIT_PER_MM * (misfit_mm - MISFIT_MM).max(0.0),
     };
-    let proportions = question.tissues.map(|tissues| {
+    let tissues = question.tissues.map(|tissues| {
         let deviations = [2, 3].map(|k: usize| draws[k].hypot(pulls.of(k, 1..4)));
-        tissues.proportions([aligned.values[2], aligned.values[3]], deviations, still)
+        tissues.proportions([aligned.values[2], aligned.values[3]], deviations)
     });
     let skin = family.points(&aligned.values);
-    Ok(StateFit {
+    let (young_kpa, deviation) = (aligned.values[0].exp(), parts.whole());
+    let fit = StateFit {
         rest,
-        young_kpa: aligned.values[0].exp(),
-        lean_deg: aligned.values[1],
-        deviation: parts.whole(),
+        young_kpa,
+        interval_kpa: interval_95(young_kpa, deviation),
+        deviation,
         parts,
+        lean_deg: aligned.values[1],
         misfit_mm,
-        seen: seen(&aligned, fine, &skin),
-        skin,
-        proportions,
+        tissues,
         other_pose,
-        aligned,
+        patient_from_scan: aligned.pose.to_homogeneous().transpose().into(),
         path,
         ended,
-    })
+    };
+    Ok(FittedState { seen: seen(&aligned, fine, &skin), fit, settled: still, aligned, skin })
 }
 
 /// Where the fit stands.

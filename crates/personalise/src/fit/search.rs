@@ -6,6 +6,7 @@ use super::family::Family;
 use crate::Error;
 use nalgebra::{Rotation3, Unit};
 use supine_fem::{Params, RestState, Sequence};
+use supine_record::FitStep;
 use supine_register::{Aligned, Rigid, Shape, Start, align};
 use supine_space::{Pose, Progress, Vector};
 
@@ -32,7 +33,7 @@ const PATIENCE: usize = 25;
 /// What the path found.
 pub(super) struct Found {
     pub(super) aligned: Aligned,
-    pub(super) path: Vec<(f64, f64)>,
+    pub(super) path: Vec<FitStep>,
     pub(super) ended: Option<String>,
     /// As of [`super::StateFit::other_pose`].
     pub(super) other_pose: Option<f64>,
@@ -61,7 +62,7 @@ pub(super) fn search(
     let params = Params { rest, max_iterations: PATIENCE, ..*question.params };
     let mut sequence = Sequence::new(question.coarse, question.load.ct, &params)?;
     let mut family = Family::new(carried);
-    let mut path: Vec<(f64, f64)> = Vec::new();
+    let mut path: Vec<FitStep> = Vec::new();
     let (mut best, mut ended): (Option<Best>, Option<String>) = (None, None);
     let mut poses = question.poses.to_vec();
     let mut kpa = STIFFEST_KPA;
@@ -90,7 +91,7 @@ pub(super) fn search(
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         let Some(&(objective, pose)) = found.first() else { break };
-        path.push((kpa, objective));
+        path.push(FitStep { young_kpa: kpa, objective_mm2: objective });
         // The loss of a small residual r is r²/2.
         let off_mm = (2.0 * objective).sqrt();
         progress.found(&format!("{}: {kpa:.3} kPa, scan {off_mm:.2} mm off", rest.name()));
@@ -104,7 +105,7 @@ pub(super) fn search(
         return Err(Error::NoPath { rest, why: ended.unwrap_or_default() });
     };
     // Stiffer tissue moves less and less: the scan then tells that the breast hardly moved.
-    if path.len() > 1 && path[0].0 <= kpa {
+    if path.len() > 1 && path[0].young_kpa <= kpa {
         return Err(Error::Still { rest, young_kpa: kpa });
     }
     let start = Start { pose, values: vec![kpa.ln()] };
@@ -149,9 +150,9 @@ fn fixed(family: &Family<'_>, carried: &Carried, kpa: f64) -> Rigid {
 
 /// Whether the objective has risen since its least: the best modulus then lies between its
 /// neighbours. That of the first is not believed at once: the pose is still rough there.
-fn risen(path: &[(f64, f64)]) -> bool {
-    let least = path.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
-    let at = path.iter().position(|p| p.1 <= least).unwrap_or(0);
+fn risen(path: &[FitStep]) -> bool {
+    let least = path.iter().map(|p| p.objective_mm2).fold(f64::INFINITY, f64::min);
+    let at = path.iter().position(|p| p.objective_mm2 <= least).unwrap_or(0);
     path.len() > if at == 0 { FIRST } else { at + 1 }
 }
 

@@ -138,11 +138,15 @@ fn the_modulus_and_the_rest_state_of_a_scan_come_back() {
         let found = fitted(kpa, (truth, 0.0), &start).unwrap();
         assert_eq!(found.choice.rest(), truth, "{:?}", found.choice);
         assert!(matches!(found.choice, Choice::Decided { .. }), "{:?}", found.choice);
-        let own = found.states.iter().find(|state| state.rest == truth).unwrap();
-        let error = own.young_kpa / kpa - 1.0;
-        assert!(error.abs() < 0.01, "{truth:?}: {} kPa", own.young_kpa);
-        assert!(error.abs() < 1.96 * own.deviation && own.deviation < 0.02, "{}", own.deviation);
-        assert!(own.misfit_mm < 0.35, "{}", own.misfit_mm);
+        let own = found.states.iter().find(|state| state.fit.rest == truth).unwrap();
+        let error = own.fit.young_kpa / kpa - 1.0;
+        assert!(error.abs() < 0.01, "{truth:?}: {} kPa", own.fit.young_kpa);
+        assert!(
+            error.abs() < 1.96 * own.fit.deviation && own.fit.deviation < 0.02,
+            "{}",
+            own.fit.deviation
+        );
+        assert!(own.fit.misfit_mm < 0.35, "{}", own.fit.misfit_mm);
         let shift = own.aligned.pose.translation.vector - Vector::new(30.0, -20.0, 10.0);
         assert!(shift.norm() < 0.3, "{shift}");
     }
@@ -153,11 +157,11 @@ fn a_patient_who_leans_has_her_modulus_all_the_same() {
     let start = Pose::translation(3.0, -2.0, 4.0);
     let found = fitted(0.9, (RestState::Net, 9.0), &start).unwrap();
     assert_eq!(found.choice.rest(), RestState::Net, "{:?}", found.choice);
-    let own = found.states.iter().find(|state| state.rest == RestState::Net).unwrap();
+    let own = found.states.iter().find(|state| state.fit.rest == RestState::Net).unwrap();
     // A small breast tells little: that she sits upright is taken for likely.
-    assert!((4.0..11.0).contains(&own.lean_deg), "{}", own.lean_deg);
-    let error = own.young_kpa / 0.9 - 1.0;
-    assert!(error.abs() < 1.96 * own.deviation, "{error} of {}", own.deviation);
+    assert!((4.0..11.0).contains(&own.fit.lean_deg), "{}", own.fit.lean_deg);
+    let error = own.fit.young_kpa / 0.9 - 1.0;
+    assert!(error.abs() < 1.96 * own.fit.deviation, "{error} of {}", own.fit.deviation);
 }
 
 #[test]
@@ -210,10 +214,13 @@ fn the_proportion_of_gland_to_fat_comes_back_and_one_modulus_is_found_worse() {
     };
     let found = fit(&question, Progress::none()).unwrap();
     let by_tissue = &found.states[0];
-    let of = by_tissue.proportions.unwrap();
+    let of = by_tissue.fit.tissues.as_ref().unwrap();
     let error = (of.gland / 4.0).ln();
     assert!(error.abs() < 0.1 && error.abs() < 1.96 * of.deviations[0], "{of:?}");
-    assert!((by_tissue.young_kpa - 1.0).abs() < 1.96 * by_tissue.deviation, "{by_tissue:?}");
+    assert!(
+        (by_tissue.fit.young_kpa - 1.0).abs() < 1.96 * by_tissue.fit.deviation,
+        "{by_tissue:?}"
+    );
     // There is no skin: what is taken for likely stays, and is said to be no better known.
     assert!((of.skin / 16.0).ln().abs() < 0.01 && of.deviations[1] > 1.0, "{of:?}");
     let bare = |body: &Body| Body { young_kpa: None, ..body.clone() };

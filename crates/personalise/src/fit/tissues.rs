@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 use supine_fem::Body;
+use supine_record::FittedTissues;
 use supine_register::Prior;
 
 /// How far gland and skin may be from the proportions that are taken for likely, one standard
@@ -36,28 +37,6 @@ pub struct Tissues<'a> {
     pub likely: [f64; 4],
 }
 
-/// Moduli of tissues in proportion to that of fat, with the standard deviation of the logarithm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Proportions {
-    /// Of gland.
-    pub gland: f64,
-    /// Of skin.
-    pub skin: f64,
-    /// Of the tumour: not sought.
-    pub tumour: f64,
-    /// Of the logarithms of gland's, skin's and the tumour's.
-    pub deviations: [f64; 3],
-    /// Whether they stayed where they were solved at last; if not, they are not told.
-    pub still: bool,
-}
-
-impl Proportions {
-    /// Fat, gland, skin, tumour.
-    pub fn all(&self) -> [f64; 4] {
-        [1.0, self.gland, self.skin, self.tumour]
-    }
-}
-
 /// Moduli of tetrahedra that are made of tissues with these moduli.
 pub fn moduli(shares: &[[f64; 4]], kpa: &[f64; 4]) -> Vec<f64> {
     shares.iter().map(|of| of.iter().zip(kpa).map(|(share, e)| share * e).sum()).collect()
@@ -75,17 +54,15 @@ impl Tissues<'_> {
         &self,
         values: [f64; 2],
         [gland_deviation, skin_deviation]: [f64; 2],
-        still: bool,
-    ) -> Proportions {
+    ) -> FittedTissues {
         let [gland, skin] = values.map(f64::exp);
         let tumour = self.likely[3] / self.likely[0];
-        let deviations = [gland_deviation, skin_deviation, TUMOUR];
-        Proportions { gland, skin, tumour, deviations, still }
+        FittedTissues::new([gland, skin, tumour], [gland_deviation, skin_deviation, TUMOUR])
     }
 
     /// The body with them.
     pub(super) fn body(&self, body: &Body, values: [f64; 2]) -> Body {
-        let kpa = self.proportions(values, [0.0; 2], true).all();
+        let kpa = self.proportions(values, [0.0; 2]).proportions();
         Body { young_kpa: Some(Arc::from(moduli(self.shares, &kpa))), ..body.clone() }
     }
 

@@ -6,7 +6,6 @@ use crate::summary::{UncertainPatch, WallUncertainty};
 use crate::words::{fixed, triple};
 use crate::{Error, palette};
 use supine_space::{Plane, Point, Progress, Vector, View};
-use supine_volume::{Volume, contour, label};
 
 /// Half the side of a picture, mm.
 const HALF_MM: f64 = 40.0;
@@ -21,19 +20,16 @@ const MOST: usize = 9;
 pub(super) fn rows(
     studio: &Studio<'_>,
     found: &WallUncertainty,
-    wall: &Volume<u8>,
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
     let ranked: Vec<_> = found.ranked().into_iter().take(MOST).enumerate().collect();
     if ranked.is_empty() {
         return Ok(Vec::new());
     }
-    let body = studio.scene.labels.map(|l| u8::from(*l != label::OUTSIDE));
     let mut rows = Vec::new();
     for (n, places) in ranked.chunks(IN_A_ROW).enumerate() {
         progress.at((n * IN_A_ROW) as f64 / ranked.len() as f64)?;
-        let pictures =
-            places.iter().map(|&(n, patch)| near_by(studio, n + 1, patch, [wall, &body]));
+        let pictures = places.iter().map(|&(n, patch)| near_by(studio, n + 1, patch));
         rows.push(Row {
             text: if n == 0 { told(found.patches.len()) } else { String::new() },
             part: Part::Uncertain,
@@ -56,19 +52,12 @@ fn told(places: usize) -> String {
 }
 
 /// The axial plane through the middle of a place, with the outlines of chest wall and skin.
-fn near_by(
-    studio: &Studio<'_>,
-    number: usize,
-    patch: &UncertainPatch,
-    [wall, body]: [&Volume<u8>; 2],
-) -> Picture {
+fn near_by(studio: &Studio<'_>, number: usize, patch: &UncertainPatch) -> Picture {
     let middle = Point::from(patch.centre_mm);
     let around = Vector::repeat(HALF_MM);
     let plane = Plane::new(View::Axial, &middle, [middle - around, middle + around], PIXEL_MM);
     let mut canvas = paint(&plane, &supine_volume::sample_plane(studio.scene.ct, &plane), 1.0);
-    let skin = contour(&supine_volume::sample_plane(body, &plane), plane.width, 0.5);
-    canvas.stroke_on_halo(&skin, Pen::new(1.5, palette::SKIN));
-    uncertainty::outline(studio, &mut canvas, &plane, wall);
+    uncertainty::outlines(studio, &mut canvas, &plane);
     studio.mark_before(&mut canvas, &plane, false);
     canvas.cross(plane.spot(&middle), 7.0, Pen::new(1.6, palette::TEXT));
     dress(&mut canvas, &plane, &number.to_string());
@@ -105,11 +94,10 @@ mod tests {
     fn what_moves_the_tumour_most_is_the_first_and_lies_in_the_middle() {
         let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
         let scene = phantom.scene();
-        let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
         let patches = (0..11).map(|n| patch(f64::from(n), 0.1 * f64::from(n))).collect();
         let found =
             WallUncertainty { boundary_cm2: 50.0, uncertain_cm2: 11.0, limit_mm: 2.0, patches };
-        let rows = rows(&Studio::new(&scene, 2.0), &found, &wall, Progress::none()).unwrap();
+        let rows = rows(&Studio::new(&scene, 2.0), &found, Progress::none()).unwrap();
         assert!(rows[0].text.contains("The 9 uncertain places"), "{}", rows[0].text);
         let pictures: Vec<_> = rows.into_iter().flat_map(|row| row.pictures).collect();
         assert_eq!(pictures.len(), MOST);

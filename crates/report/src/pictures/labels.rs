@@ -1,24 +1,16 @@
 //! The segmentation, drawn on the whole CT.
 
 use super::{Picture, Row, Studio, dress, paint, uncertainty};
-use crate::canvas::Pen;
-use crate::{Error, palette};
-use supine_space::{Plane, View};
-use supine_space::{Point, Progress, Vector};
-use supine_volume::contour;
-use supine_volume::{LabelMap, Volume, label};
+use crate::Error;
+use supine_space::{Plane, Point, Progress, Vector, View};
+use supine_volume::{LabelMap, label};
 
 /// Air shown around the body, mm.
 const MARGIN: f64 = 12.0;
 
 /// Skin and chest wall in three planes through the region's centre.
-pub(super) fn row(
-    studio: &Studio<'_>,
-    wall: &Volume<u8>,
-    progress: Progress<'_>,
-) -> Result<Row, Error> {
+pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, Error> {
     let scene = studio.scene;
-    let body = scene.labels.map(|l| u8::from(*l != label::OUTSIDE));
     let frame = extent(scene.labels);
     let pixel_mm = (frame[1] - frame[0]).max() / super::SIZE;
     let mut pictures = Vec::new();
@@ -26,9 +18,7 @@ pub(super) fn row(
         progress.at(n as f64 / 3.0)?;
         let plane = Plane::new(view, &scene.sphere.centre(), frame, pixel_mm);
         let mut canvas = paint(&plane, &supine_volume::sample_plane(scene.ct, &plane), 1.0);
-        let skin = contour(&supine_volume::sample_plane(&body, &plane), plane.width, 0.5);
-        canvas.stroke_on_halo(&skin, Pen::new(1.5, palette::SKIN));
-        uncertainty::outline(studio, &mut canvas, &plane, wall);
+        uncertainty::outlines(studio, &mut canvas, &plane);
         studio.outline_region(&mut canvas, &plane);
         studio.mark_before(&mut canvas, &plane, false);
         dress(&mut canvas, &plane, "");

@@ -22,7 +22,6 @@ use crate::{Ellipsoid, Error, Mesh, Scene, Shown};
 use rayon::prelude::*;
 use supine_mesh::{Edges, TetMesh};
 use supine_space::{Plane, Point, Progress, Spot, Vector, View};
-use supine_volume::label;
 
 /// Pixels across the pictures of the region.
 const SIZE: f64 = 520.0;
@@ -191,14 +190,12 @@ fn segmentation(
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
     let (scene, found) = (studio.scene, shown.segmentation);
-    let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
-    let mut rows = vec![labels::row(studio, &wall, progress.part(0.0, 0.4))?];
+    let mut rows = vec![labels::row(studio, progress.part(0.0, 0.4))?];
     rows[0].table = tables::quality_checks(&found.quality_checks);
     if let Some(uncertainty) = &found.uncertainty {
-        rows.push(uncertainty::row(studio, uncertainty, &wall, progress.part(0.4, 0.7))?);
-        rows.extend(doubts::rows(studio, uncertainty, &wall, progress.part(0.7, 0.8))?);
+        rows.push(uncertainty::row(studio, uncertainty, progress.part(0.4, 0.7))?);
+        rows.extend(doubts::rows(studio, uncertainty, progress.part(0.7, 0.8))?);
     }
-    drop(wall);
     if let (Some(found), Some(labels)) = (&found.tissues, scene.tissues) {
         rows.push(tissues::row(studio, labels, found, progress.part(0.8, 1.0))?);
     }

@@ -2,6 +2,7 @@ use super::*;
 use crate::phantom::{MARKER, Phantom};
 use crate::summary::tests::example;
 use supine_space::Matrix;
+use supine_volume::label;
 
 fn flat(rows: Vec<Row>) -> Vec<Picture> {
     rows.into_iter().flat_map(|r| r.pictures).collect()
@@ -101,10 +102,9 @@ fn a_turned_grid_of_the_same_voxels_gives_the_same_pictures() {
         let scene = p.scene();
         let studio = Studio::new(&scene, 2.0);
         let mut rows = of_motion(&studio, &(&example()).into(), Progress::none()).unwrap();
-        let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
-        rows.push(labels::row(&studio, &wall, Progress::none()).unwrap());
+        rows.push(labels::row(&studio, Progress::none()).unwrap());
         let uncertainty = example().segmentation.uncertainty.unwrap();
-        rows.push(uncertainty::row(&studio, &uncertainty, &wall, Progress::none()).unwrap());
+        rows.push(uncertainty::row(&studio, &uncertainty, Progress::none()).unwrap());
         flat(rows)
     };
     for (a, b) in all(&a).iter().zip(&all(&b)) {
@@ -165,10 +165,9 @@ fn the_uncertain_half_of_the_chest_wall_is_striped_and_dashed() {
     let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
     let scene = phantom.scene();
     let studio = Studio::new(&scene, 2.0);
-    let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
     let uncertainty = example().segmentation.uncertainty.unwrap();
-    let mut rows = vec![labels::row(&studio, &wall, Progress::none()).unwrap()];
-    rows.push(uncertainty::row(&studio, &uncertainty, &wall, Progress::none()).unwrap());
+    let mut rows = vec![labels::row(&studio, Progress::none()).unwrap()];
+    rows.push(uncertainty::row(&studio, &uncertainty, Progress::none()).unwrap());
     assert!(
         rows[1].text.contains("7 %") && rows[1].text.contains("upper outer"),
         "{}",

@@ -5,7 +5,7 @@ use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::lettering::{Align, text_width};
 use crate::summary::WallUncertainty;
 use crate::words::fixed;
-use crate::{Error, Scene, palette};
+use crate::{Error, palette};
 use rayon::prelude::*;
 use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
@@ -23,14 +23,17 @@ const NEAR: usize = 4;
 /// Brightness of the wall outside the region.
 const DIM: f64 = 0.35;
 
-/// Draws the boundary of the chest wall: firm where it is sure, dashed where it is not. Outside the
+/// Draws skin and chest wall: the wall firm where it is sure, dashed where it is not. Outside the
 /// region nothing depends on it.
-pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, wall: &Volume<u8>) {
-    let lines = contour(&supine_volume::sample_plane(wall, plane), plane.width, 0.5);
+pub(super) fn outlines(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane) {
+    let surfaces = studio.scene.surfaces;
+    let skin = supine_volume::sample_plane(surfaces.skin.values(), plane);
+    canvas.stroke_on_halo(&contour(&skin, plane.width, 0.0), Pen::new(1.5, palette::SKIN));
+    let wall = supine_volume::sample_plane(surfaces.chest_wall.values(), plane);
+    let lines = contour(&wall, plane.width, 0.0);
     let uncertain = |[a, b]: &[Spot; 2]| {
         let middle = [0, 1].map(|n| 0.5 * (a[n] + b[n]));
-        let p = plane.patient(middle);
-        studio.scene.sphere.contains(&p) && is_uncertain(studio.scene, studio.uncertain_mm, &p)
+        studio.scene.is_uncertain(studio.uncertain_mm, &plane.patient(middle))
     };
     let (uncertain, sure): (Vec<[Spot; 2]>, Vec<[Spot; 2]>) =
         lines.into_iter().partition(uncertain);
@@ -39,21 +42,10 @@ pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, w
     canvas.stroke(&uncertain, Pen::new(3.0, palette::UNCERTAIN).dashed(DASH));
 }
 
-/// Whether the boundary at a point (LPS, mm) may be wrong by more than the limit: the worst of the
-/// voxels around.
-pub(crate) fn is_uncertain(scene: &Scene<'_>, limit_mm: f64, p: &Point) -> bool {
-    let Some(map) = scene.uncertainty else { return false };
-    let (index, size) = (map.grid().index_from_patient(p), map.grid().size());
-    let at =
-        |c: usize| [0, 1, 2].map(|a| (index[a].max(0.0) as usize + (c >> a & 1)).min(size[a] - 1));
-    (0..8).any(|c| f64::from(map.at(at(c))) > 10.0 * limit_mm)
-}
-
 /// The chest wall from the front and from the side of the breast, with its uncertain places.
 pub(super) fn row(
     studio: &Studio<'_>,
     uncertainty: &WallUncertainty,
-    wall: &Volume<u8>,
     progress: Progress<'_>,
 ) -> Result<Row, Error> {
     let mut pictures = Vec::new();
@@ -62,7 +54,7 @@ pub(super) fn row(
     {
         progress.at(n as f64 / 2.0)?;
         let plane = studio.plane(view, &studio.scene.sphere.centre());
-        let mut canvas = relief(studio, &plane, wall);
+        let mut canvas = relief(studio, &plane);
         studio.outline_region(&mut canvas, &plane);
         if let Some(tumour) = studio.scene.tumour {
             let (at, radius) = (plane.spot(&tumour.centre()), tumour.radius() / plane.pixel_mm);
@@ -89,8 +81,9 @@ pub(super) fn row(
 }
 
 /// The chest wall as it is seen along the plane's axis, striped where it is uncertain.
-fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
+fn relief(studio: &Studio<'_>, plane: &Plane) -> Canvas {
     let scene = studio.scene;
+    let wall = scene.surfaces.chest_wall.values();
     let mut towards = Vector::zeros();
     // From the front, or from the side of the breast.
     towards[plane.view.axis()] = if plane.view == View::Coronal { 1.0 } else { -scene.side.sign() };
@@ -100,7 +93,7 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
     let last = grid.size().map(|n| n as f64 - 1.0);
     let is_wall = |at: &Vector| {
         let inside = (0..3).all(|a| at[a] >= 0.0 && at[a] <= last[a]);
-        inside && wall.at([0, 1, 2].map(|a| (at[a] + 0.5) as usize)) > 0
+        inside && wall.at([0, 1, 2].map(|a| (at[a] + 0.5) as usize)) < 0
     };
     let walls = extent(wall);
     // Nothing but soft tissue lies farther out than the breast does.
@@ -111,11 +104,10 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
         let (enters, leaves) = crossed(walls?, start, step);
         let mut within = enters.max(0.0) as usize..steps.min(leaves.max(0.0) as usize);
         let hit = within.find(|&m| is_wall(&(start + m as f64 * step)))? as f64;
-        // Between the voxels the surface lies where half is wall.
-        let share = |m: f64| f64::from(sample_trilinear(wall, (start + m * step).into())) - 0.5;
+        let depth = |m: f64| -f64::from(sample_trilinear(wall, (start + m * step).into()));
         let places = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|d| hit + d);
         let between = places.windows(2).find_map(|w| {
-            let (a, b) = (share(w[0]), share(w[1]));
+            let (a, b) = (depth(w[0]), depth(w[1]));
             (a <= 0.0 && b > 0.0).then(|| w[0] + a / (a - b))
         });
         Some(grid.patient_from_index((start + between.unwrap_or(hit) * step).into()))
@@ -130,7 +122,7 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
         };
         let inside = scene.sphere.contains(p);
         let light = lambert(&points, plane, n) * if inside { 1.0 } else { DIM };
-        let rgb = if inside && is_uncertain(scene, studio.uncertain_mm, p) {
+        let rgb = if scene.is_uncertain(studio.uncertain_mm, p) {
             striped(n % plane.width, n / plane.width)
         } else {
             palette::CHEST_WALL.map(|c| (f64::from(c) * light) as u8)
@@ -141,12 +133,12 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
 }
 
 /// First and last voxel of the wall along each axis; `None` when there is none.
-fn extent(wall: &Volume<u8>) -> Option<[[usize; 3]; 2]> {
+fn extent(wall: &Volume<i16>) -> Option<[[usize; 3]; 2]> {
     let size = wall.grid().size();
     let mut extent = None;
     for (n, row) in wall.data().chunks_exact(size[0]).enumerate() {
-        let Some(first) = row.iter().position(|v| *v > 0) else { continue };
-        let last = row.iter().rposition(|v| *v > 0).unwrap_or(first);
+        let Some(first) = row.iter().position(|v| *v < 0) else { continue };
+        let last = row.iter().rposition(|v| *v < 0).unwrap_or(first);
         let (j, k) = (n % size[1], n / size[1]);
         let [low, high] = extent.get_or_insert([[first, j, k], [last, j, k]]);
         *low = [low[0].min(first), low[1].min(j), low[2].min(k)];

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use supine_record::SkinDistances;
 
 /// How far a scan of the patient on the operating table lies off the skin of the CT and of models.
 /// Its pose comes from the torso beside the breasts. Distances of skin are not the error of the
@@ -31,21 +32,6 @@ pub struct EvaluatedSurface {
     pub near: SkinDistances,
     /// On the whole breast, less 12 mm along the edge of the model.
     pub breast: SkinDistances,
-}
-
-/// Signed distances of a scan's points from a surface, positive outside.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
-pub struct SkinDistances {
-    /// Points.
-    pub points: usize,
-    /// Mean, mm.
-    pub mean_mm: f64,
-    /// Root mean square, mm.
-    pub rms_mm: f64,
-    /// What 95 % of their sizes do not exceed, mm.
-    pub p95_mm: f64,
-    /// The largest size, mm.
-    pub max_mm: f64,
 }
 
 impl Evaluation {

@@ -144,9 +144,7 @@ pub(crate) fn example() -> Summary {
             curved: None,
             surfaces: vec![SurfaceFit {
                 tag: "skin".into(),
-                mean_mm: 0.04,
-                p95_mm: 0.11,
-                max_mm: 0.31,
+                distance: SurfaceDistance { mean_mm: 0.04, p95_mm: 0.11, max_mm: 0.31 },
             }],
             dihedral_angles: (0..36)
                 .map(|n| if (3..30).contains(&n) { 40 * n } else { 0 })
@@ -185,7 +183,7 @@ pub(crate) fn example() -> Summary {
                 voxels: 24,
                 volume_mm3: 30.0,
                 peak_hu: 2500,
-                fate: "whole".into(),
+                fate: DenseFate::Whole,
             }],
             forward_then_backward: Some(Consistency {
                 voxels: 58_321,

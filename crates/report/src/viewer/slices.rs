@@ -1,21 +1,24 @@
 //! Volumes of the region's box, resampled for the viewer: axial slices of bytes, from the feet to
 //! the head.
 
-use crate::pictures::uncertainty::is_uncertain;
 use crate::{Scene, palette};
 use rayon::prelude::*;
 use supine_space::{Plane, Point, Progress, Stopped, Vector, View};
-use supine_volume::{Volume, label, sample_plane};
+use supine_volume::{SignedDistance, Volume, sample_plane};
 
 /// Most voxels along an axis.
 const MOST: usize = 160;
 /// Least distance of voxels, mm.
 const FINEST_MM: f64 = 1.0;
-/// Share of chest wall in a voxel that is all chest wall.
-pub(super) const WHOLE: u8 = 15;
+/// What a voxel deep in the chest wall has; one deep outside has 0, and the boundary lies where
+/// half of it would be.
+pub(super) const WHOLE: u8 = 127;
 /// Is added where the boundary of the chest wall is uncertain; above `WHOLE`, so that both fit into
 /// one byte.
-pub(super) const UNCERTAIN: u8 = 16;
+pub(super) const UNCERTAIN: u8 = 128;
+/// So far from the boundary a voxel is deep, steps: the corners of a cell that it crosses lie
+/// nearer.
+const DEEP: f64 = 2.0;
 
 /// The voxels of the viewer: a cube along the axes of LPS.
 #[derive(Clone, Debug)]
@@ -72,24 +75,27 @@ impl Lattice {
         self.slices(progress, |plane| sample_plane(ct, plane).into_iter().map(grey).collect())
     }
 
-    /// The share of chest wall, of [`WHOLE`], with [`UNCERTAIN`] added within the region where its
-    /// boundary may be wrong by more than `limit_mm`.
+    /// How deep each voxel lies in the chest wall, 0 to [`WHOLE`], with [`UNCERTAIN`] added where
+    /// its boundary may be wrong by more than `limit_mm`.
     pub(super) fn wall(
         &self,
         scene: &Scene<'_>,
         limit_mm: f64,
         progress: Progress<'_>,
     ) -> Result<Vec<u8>, Stopped> {
-        let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
-        let voxel = |plane: &Plane, (n, share): (usize, f32)| {
+        let wall = scene.surfaces.chest_wall.values();
+        let half = 0.5 * f64::from(WHOLE + 1);
+        let per_unit = half / (DEEP * self.step_mm * SignedDistance::PER_MM);
+        let voxel = |plane: &Plane, (n, distance): (usize, f32)| {
             let place = plane.patient([(n % plane.width) as f64, (n / plane.width) as f64]);
-            let unsure = scene.sphere.contains(&place) && is_uncertain(scene, limit_mm, &place);
-            // A share that is not a number, outside the CT, becomes 0.
-            (f32::from(WHOLE) * share + 0.5) as u8 + if unsure { UNCERTAIN } else { 0 }
+            let unsure = scene.is_uncertain(limit_mm, &place);
+            // A distance that is not a number, outside the CT, becomes 0.
+            let depth = half - per_unit * f64::from(distance);
+            depth.clamp(0.0, f64::from(WHOLE)) as u8 + if unsure { UNCERTAIN } else { 0 }
         };
         self.slices(progress, |plane| {
-            let shares = sample_plane(&wall, plane);
-            shares.into_par_iter().enumerate().map(|at| voxel(plane, at)).collect()
+            let distances = sample_plane(wall, plane);
+            distances.into_par_iter().enumerate().map(|at| voxel(plane, at)).collect()
         })
     }
 }
@@ -173,6 +179,14 @@ mod tests {
         let at = |p: [f64; 3]| bytes[voxel(&lattice, p)];
         assert_eq!([at([-20.0, 20.0, 0.0]), at([-20.0, -10.0, 0.0])], [WHOLE, 0]);
         assert!(at([20.0, 5.0, 0.0]) >= UNCERTAIN && at([-20.0, 5.0, 0.0]) < UNCERTAIN);
+        // The line that a viewer draws between two voxels is that of the stills, within 0.05 mm.
+        let depth = |y: f64| f64::from(at([-20.0, y, 0.0])) - 0.5 * f64::from(WHOLE);
+        let row = |n: usize| lattice.origin.y + lattice.step_mm * n as f64;
+        let crossing = (1..lattice.size).map(|n| [row(n - 1), row(n)]);
+        let found = crossing.filter(|[a, b]| (depth(*a) > 0.0) != (depth(*b) > 0.0));
+        let place = |[a, b]: [f64; 2]| a + (b - a) * depth(a) / (depth(a) - depth(b));
+        let places: Vec<f64> = found.map(place).collect();
+        assert!((places[0] - 5.0).abs() < 0.05, "{places:?}");
     }
 
     #[test]

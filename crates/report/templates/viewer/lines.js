@@ -38,14 +38,14 @@ function drawSlice(pane) {
   return { x, y, pixel };
 }
 
-// The boundary of the chest wall where half of it is wall, by marching squares; light where it is uncertain.
+// The boundary of the chest wall by marching squares; light where it is uncertain.
 function drawWall(pane, { x: left, y: top, pixel }) {
-  const share = new Float32Array(size * size);
+  const depth = new Float32Array(size * size);
   const unsure = new Uint8Array(size * size);
   const wall = volumes.wall;
   overSlice(pane.view, (n, a, b, t) => {
     const [one, other] = [wall[a] % data.uncertain, wall[b] % data.uncertain];
-    share[n] = one + (other - one) * t - data.whole / 2;
+    depth[n] = one + (other - one) * t - data.whole / 2;
     unsure[n] = wall[a] >= data.uncertain || wall[b] >= data.uncertain ? 1 : 0;
   });
   const lines = [[], []];
@@ -55,8 +55,8 @@ function drawWall(pane, { x: left, y: top, pixel }) {
     const ends = [];
     ring.forEach((a, side) => {
       const b = ring[(side + 1) % 4];
-      if (share[a] > 0 === share[b] > 0) return;
-      const t = share[a] / (share[a] - share[b]);
+      if (depth[a] > 0 === depth[b] > 0) return;
+      const t = depth[a] / (depth[a] - depth[b]);
       const mix = (of) => of(a) + t * (of(b) - of(a));
       ends.push([left + pixel * mix((m) => m % size), top + pixel * mix((m) => Math.floor(m / size))]);
     });

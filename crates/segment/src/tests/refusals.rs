@@ -139,8 +139,7 @@ fn truth() -> (LabelMap, Sphere) {
 }
 
 fn place(region: Sphere, breast: Option<&Breast>) -> BreastPlace<'_> {
-    let middle = region.centre();
-    BreastPlace { region, side: Side::Left, breast, uncertainty: None, middle }
+    BreastPlace { region, side: Side::Left, breast, uncertainty: None }
 }
 
 fn check_region(ct: &Ct, labels: &LabelMap, of: &BreastPlace<'_>) -> Result<RegionCheck, Error> {

@@ -3,7 +3,8 @@
 use super::phantom::{Thorax, Truth};
 use super::{ready, run};
 use crate::{Seeds, UNCERTAIN_MM, wall_uncertainty};
-use supine_space::{Matrix, Point, Progress, Sphere};
+use supine_record::UncertainPatch;
+use supine_space::{Matrix, Point, Progress, Side, Sphere};
 use supine_volume::label;
 
 #[test]
@@ -28,7 +29,7 @@ fn the_map_lies_along_the_boundary_and_holds_the_error() {
         }
     }
     assert!(wrong > 50 && said * 10 > wrong * 9, "{said} of {wrong} wrong voxels in the map");
-    let found = wall_uncertainty(&made.labels, &map, region);
+    let found = wall_uncertainty(&made.labels, &map, region, (&region.centre(), Side::Left));
     assert!((80.0..250.0).contains(&found.boundary_cm2), "{found:?}");
     assert!(found.share() < 0.3, "{}", found.share());
 }
@@ -53,10 +54,14 @@ fn a_boundary_without_an_edge_is_uncertain_until_the_seeds_that_are_proposed_mak
         (segmenter.uncertainty(&made), made.labels)
     };
     let (plain, labels) = with(&Seeds::default());
-    let found = wall_uncertainty(&labels, &plain, region);
+    let found = wall_uncertainty(&labels, &plain, region, (&middle, Side::Left));
     let first = found.patches.first().expect("a uncertain place");
     assert!(first.area_cm2 > 8.0 && first.error_mm > UNCERTAIN_MM, "{first:?}");
-    let pairs = first.seeds.len();
+    let points = |patch: &UncertainPatch| -> Vec<[Point; 2]> {
+        patch.seeds_mm.iter().map(|pair| pair.map(Point::from)).collect()
+    };
+    let own = points(first);
+    let pairs = own.len();
     assert!((pairs as f64) < 2.5 * first.area_cm2, "{pairs} pairs for {} cm²", first.area_cm2);
     let of = |side: usize, pairs: &[[Point; 2]]| pairs.iter().map(|pair| pair[side]).collect();
     let seeds = |pairs: &[[Point; 2]]| Seeds {
@@ -64,14 +69,14 @@ fn a_boundary_without_an_edge_is_uncertain_until_the_seeds_that_are_proposed_mak
         soft_tissue: of(1, pairs),
         ..Seeds::default()
     };
-    let [wall, soft] = first.seeds[0];
+    let [wall, soft] = own[0];
     let here = grid.voxel_at(&(wall + (soft - wall) / 2.0)).unwrap();
     assert!(plain.at(here) > 20, "{}", plain.at(here));
-    let local = with(&seeds(&first.seeds[..1])).0.at(here);
-    assert!(local <= 20, "{local} at {here:?} with {:?}", first.seeds[0]);
-    let all: Vec<[Point; 2]> = found.patches.iter().flat_map(|p| p.seeds.clone()).collect();
+    let local = with(&seeds(&own[..1])).0.at(here);
+    assert!(local <= 20, "{local} at {here:?} with {:?}", own[0]);
+    let all: Vec<[Point; 2]> = found.patches.iter().flat_map(points).collect();
     let (map, labels) = with(&seeds(&all));
-    let after = wall_uncertainty(&labels, &map, region);
+    let after = wall_uncertainty(&labels, &map, region, (&middle, Side::Left));
     let left: f64 = after.patches.iter().map(|patch| patch.area_cm2).sum();
     assert!(left < 0.3 * found.uncertain_cm2, "{left} of {}", found.uncertain_cm2);
 }

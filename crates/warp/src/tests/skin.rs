@@ -78,7 +78,7 @@ fn another_body_across_a_gap_stays() {
     for by in [4.0, -3.0] {
         let u = moved(&mesh, Order::Linear, dent(by));
         let (out, info) = warp(&ct, &u, &Params::default(), Progress::none()).unwrap();
-        assert!(info.moved_voxels > 1000, "{info:?}");
+        assert!(info.facts.moved_voxels > 1000, "{info:?}");
         for (n, (got, was)) in out.data().iter().zip(ct.data()).enumerate() {
             let y = ct.grid().centre(ct.grid().voxel(n)).y;
             if y <= -5.0 {

@@ -61,8 +61,8 @@ fn without_displacement_every_byte_stays() {
             let params = Params { interpolation, ..Params::default() };
             let (out, info) = warp(&ct, &still, &params, Progress::none()).unwrap();
             assert!(out == ct, "{order:?}, {interpolation:?}");
-            assert_eq!((info.vacated_voxels, info.folded_voxels), (0, 0));
-            assert!((info.jacobian_min - 1.0).abs() < 1e-12 && info.warnings.is_empty());
+            assert_eq!((info.facts.vacated_voxels, info.facts.folded_voxels), (0, 0));
+            assert!((info.facts.jacobian.min - 1.0).abs() < 1e-12 && info.warnings.is_empty());
         }
     }
 }
@@ -92,7 +92,7 @@ fn a_shift_by_whole_voxels_shifts_the_values() {
         };
         assert_eq!(out.at(v), want, "voxel {v:?}");
     }
-    assert_eq!(info.moved_voxels, sampled);
+    assert_eq!(info.facts.moved_voxels, sampled);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn one_and_two_threads_give_the_same_bytes() {
         };
         let (one, two) = (run(1), run(2));
         assert!(one == two, "{interpolation:?}: volume and info");
-        assert!(one.1.moved_voxels > 3000 && one.1.vacated_voxels > 0, "{:?}", one.1);
+        assert!(one.1.facts.moved_voxels > 3000 && one.1.facts.vacated_voxels > 0, "{:?}", one.1);
     }
 }
 
@@ -203,7 +203,12 @@ fn the_jacobian_of_a_stretch_is_its_factor() {
     assert_eq!(stretched + ones, f.jacobian().data().len());
     assert!(stretched > 3000, "{stretched}");
     let (_, info) = warp(&ct(), &u, &no_fade(), Progress::none()).unwrap();
-    for j in [info.jacobian_min, info.jacobian_p01, info.jacobian_mean, info.jacobian_max] {
+    for j in [
+        info.facts.jacobian.min,
+        info.facts.jacobian.p01,
+        info.facts.jacobian.mean,
+        info.facts.jacobian.max,
+    ] {
         assert!((j - 0.88).abs() < 1e-9, "{info:?}");
     }
 }
@@ -260,7 +265,7 @@ fn another_grid_holds_the_same_tissue() {
     let fine = Grid::new(size, spacing * 0.5, first, Matrix::identity()).unwrap();
     let (made, info) = warp_onto(&fine, &ct, &u, &params, Progress::none()).unwrap();
     assert_eq!(made.grid(), &fine);
-    assert!(info.moved_voxels > 1000 && info.folded_voxels == 0, "{info:?}");
+    assert!(info.facts.moved_voxels > 1000 && info.facts.folded_voxels == 0, "{info:?}");
     let mut off = 0;
     for (n, value) in made.data().iter().enumerate() {
         let voxel = fine.voxel(n).map(|n| n as f64 / 2.0 - 2.0);
@@ -428,8 +433,8 @@ proptest! {
         ).unwrap();
         let ct = Volume::new(grid.clone(), patterned_ct(grid.size(), 3)).unwrap();
         let (out, info) = warp(&ct, &u, &no_fade(), Progress::none()).unwrap();
-        prop_assert_eq!(info.moved_voxels, 12 * 8 * 8);
-        prop_assert_eq!((info.folded_voxels, info.vacated_voxels), (0, 0));
+        prop_assert_eq!(info.facts.moved_voxels, 12 * 8 * 8);
+        prop_assert_eq!((info.facts.folded_voxels, info.facts.vacated_voxels), (0, 0));
         for n in 0..grid.len() {
             let p = grid.centre(grid.voxel(n));
             if (0..3).any(|a| p[a] < 0.0 || p[a] >= [12.0, 8.0, 8.0][a]) {

@@ -3,7 +3,7 @@
 use crate::draw::planes::ViewShown;
 use crate::draw::surface::Surface;
 use std::collections::BTreeMap;
-use supine_space::{Grid, Point};
+use supine_space::{Grid, Point, Sphere};
 use supine_volume::{SignedDistance, Volume, contour};
 
 /// A place in a plane, voxels along the view's right and down axes.
@@ -39,13 +39,19 @@ impl Cut<'_> {
         joined(contour(&samples, size[right], 0.0))
     }
 
-    /// The parts of the wall that may be far wrong.
-    pub(crate) fn uncertain(&self, wall: &[Vec<Spot>], map: &Volume<u8>) -> Vec<Vec<Spot>> {
+    /// The parts of the wall that may be far wrong, as the report has them.
+    pub(crate) fn uncertain(
+        &self,
+        wall: &[Vec<Spot>],
+        map: &Volume<u8>,
+        region: Option<&Sphere>,
+    ) -> Vec<Vec<Spot>> {
         let [right, down] = self.view.sides();
         let doubted = |spot: &Spot| {
-            let mut voxel = [self.slice; 3];
-            (voxel[right], voxel[down]) = (spot[0].round() as usize, spot[1].round() as usize);
-            map.at(voxel) >= supine_flow::UNCERTAIN_TENTHS
+            let mut index = [self.slice as f64; 3];
+            (index[right], index[down]) = (spot[0], spot[1]);
+            let place = self.grid.patient_from_index(index);
+            supine_flow::is_uncertain(map, region, supine_flow::UNCERTAIN_MM, &place)
         };
         let mut points = vec![];
         for line in wall {

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use supine_flow::OwnObjects;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Faces, TetMesh};
-use supine_space::Grid;
+use supine_space::{Grid, Sphere};
 use supine_volume::{Surfaces, Volume};
 
 /// The lines of one thing.
@@ -27,6 +27,8 @@ pub(crate) struct Cuttable {
     pub(crate) surfaces: Option<Arc<Surfaces>>,
     /// How far the chest wall may be wrong, tenths of mm.
     pub(crate) uncertainty: Option<Arc<Volume<u8>>>,
+    /// Only there its place matters; unknown while there is none.
+    pub(crate) region: Option<Sphere>,
     pub(crate) body: Option<Body>,
     /// A tumour that is no sphere any more.
     pub(crate) tumour: Option<Arc<Surface>>,
@@ -64,7 +66,7 @@ impl Cuttable {
         if let Some(surfaces) = &self.surfaces {
             let wall = cut.level(&surfaces.chest_wall);
             if let Some(map) = &self.uncertainty {
-                let points = cut.uncertain(&wall, map);
+                let points = cut.uncertain(&wall, map, self.region.as_ref());
                 lines.push(Line { name: "uncertain".into(), points });
             }
             lines.push(Line { name: "chest wall".into(), points: wall });
@@ -157,6 +159,7 @@ mod tests {
             grid: grid.clone(),
             surfaces,
             uncertainty: None,
+            region: None,
             body: None,
             tumour: None,
             plan: None,

@@ -57,6 +57,7 @@ struct Sources {
     mesh: Option<Arc<TetMesh>>,
     carried: Option<Arc<Deformation>>,
     surfaces: Option<Arc<Surfaces>>,
+    region: Option<Sphere>,
     labels: Option<Arc<LabelMap>>,
     tumour: Option<Sphere>,
     plan: Option<OwnObjects>,
@@ -184,6 +185,7 @@ impl Display {
             mesh: session.peek_mesh().map(|(mesh, _)| mesh),
             carried: session.peek_carried().map(|(carried, _)| carried),
             surfaces: session.peek_surfaces(),
+            region: session.peek_region().map(|(region, _)| region),
             labels,
             tumour: session.tumour_sphere(),
             plan: plan.cloned(),
@@ -268,8 +270,8 @@ impl Display {
         });
         let plan_carried = plan.clone().map(|plan| PlanLines { carried: true, ..plan });
         if surfaces.is_some() || body.is_some() || plan.is_some() {
-            let tumour = None;
-            let ct = Cuttable { grid: grid.clone(), surfaces, uncertainty, body, tumour, plan };
+            let (region, tumour, grid) = (self.sources.region, None, grid.clone());
+            let ct = Cuttable { grid, surfaces, uncertainty, region, body, tumour, plan };
             self.put_lines("ct", ct);
         } else {
             self.lines.remove("ct");
@@ -281,8 +283,8 @@ impl Display {
             displacement: Some(Arc::new(carried.displacement().clone())),
         });
         let (tumour, plan) = (self.carried_tumour().map(Arc::new), plan_carried);
-        let (surfaces, uncertainty) = (None, None);
-        let deformed = Cuttable { grid, surfaces, uncertainty, body, tumour, plan };
+        let (surfaces, uncertainty, region) = (None, None, None);
+        let deformed = Cuttable { grid, surfaces, uncertainty, region, body, tumour, plan };
         self.put_lines("deformed", deformed);
     }
 
@@ -329,7 +331,7 @@ impl PartialEq for Sources {
             && same(&self.surfaces, &other.surfaces)
             && same(&self.labels, &other.labels)
             && self.plan == other.plan
-            && self.tumour == other.tumour
+            && (self.tumour, self.region) == (other.tumour, other.region)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::commands::messages;
 use serde::Serialize;
 use std::path::PathBuf;
-use supine_report::Warning;
+use supine_report::{CarriedRegion, Warning};
 
 /// What was carried.
 #[derive(Clone, Debug, Serialize)]
@@ -75,12 +75,9 @@ pub struct LabelVolume {
 pub struct SegmentVolume {
     /// Its number.
     pub number: u16,
-    /// Its name.
-    pub name: String,
-    /// Volume in the CT, ml.
-    pub before_ml: f64,
-    /// Volume in the operating position, ml.
-    pub after_ml: f64,
+    /// Its name and volumes.
+    #[serde(flatten)]
+    pub region: CarriedRegion,
 }
 
 /// A dose before and after.

@@ -69,12 +69,8 @@ impl Job<'_> {
         })?;
         self.gather.warn_all(NodeId::Carry, done.warnings);
         let segments = done.given.segments().iter().zip(done.carried.regions);
-        let segments = segments.map(|(segment, region)| SegmentVolume {
-            number: segment.number,
-            name: region.name,
-            before_ml: region.before_ml,
-            after_ml: region.after_ml,
-        });
+        let segments =
+            segments.map(|(segment, region)| SegmentVolume { number: segment.number, region });
         Ok(CarryDone::Segments {
             out: self.out().into(),
             segments: segments.collect(),

@@ -1,17 +1,18 @@
 //! The text of a case file that is begun: comments from the table of parameters.
 
+use super::Init;
 use super::tumour::Found;
-use super::{Init, SeriesLine};
 use crate::folder::whole;
 use crate::spec::{Parameter, Preset, TABLE, quoted};
 use std::path::Path;
+use supine_dicom::SeriesSummary;
 use supine_space::Side;
 
 /// What a new case file says.
 #[derive(Debug)]
 pub(super) struct Page<'a> {
     pub(super) given: &'a Init,
-    pub(super) series: &'a [SeriesLine],
+    pub(super) series: &'a [SeriesSummary],
     pub(super) chosen: Option<String>,
     pub(super) breast: Option<Side>,
     pub(super) breast_proposed: bool,
@@ -66,7 +67,7 @@ impl Page<'_> {
             }
             (None, [_, _, ..]) => {
                 *text += &format!("# {}; FILL IN: choose one\n", help("series"));
-                for SeriesLine { uid, description, slices } in self.series {
+                for SeriesSummary { uid, description, slices } in self.series {
                     let description: String =
                         description.chars().filter(|c| !c.is_control()).collect();
                     *text += &format!("# series = \"{uid}\"   # {slices} slices, {description}\n");

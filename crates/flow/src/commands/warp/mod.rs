@@ -7,7 +7,7 @@ pub use grid::OutputGrid;
 use super::{Gather, check_out_file, ends, given_deformation, messages, session, usage};
 use crate::nodes::{
     Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
-    beyond_field, warp_facts,
+    beyond_field,
 };
 use crate::session::{Request, Session, Start};
 use crate::shared::{ExportSource, IMAGE_COMMENTS, RegisteredSeries, write_registration};
@@ -195,7 +195,7 @@ fn warped(
         Ok((made, beyond_field(&input, deformation, &params, progress.part(0.9, 1.0))?))
     })?;
     gather.warn_all(NodeId::Warp, info.warnings.iter().cloned().chain(beyond));
-    Ok((Arc::new(ct), warp_facts(&info)))
+    Ok((Arc::new(ct), info.facts))
 }
 
 /// What a series of the CT may say.

@@ -1,0 +1,32 @@
+//! How the displacement was found.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Result of the mechanics.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, Default, PartialEq)]
+pub struct Solve {
+    /// Newton iterations over all load steps.
+    pub iterations: usize,
+    /// Iterations in which the tangent stiffness was not positive definite.
+    pub indefinite: usize,
+    /// Load steps: 1 when the full load was reached at once.
+    pub load_steps: usize,
+    /// Residual at the end, relative to the load.
+    pub residual: f64,
+    /// Smallest det F over all integration points.
+    pub min_det_f: f64,
+    /// Middle of the tetrahedron with it, in the CT, LPS, mm.
+    pub min_det_f_mm: [f64; 3],
+    /// Largest det F over all integration points.
+    pub max_det_f: f64,
+    /// Largest displacement of a node, mm.
+    pub max_displacement_mm: f64,
+    /// Mean stiffness of the springs on the cut, kPa/mm; absent without springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring_kpa_mm: Option<f64>,
+    /// Of a stress-free shape that was searched: how far the CT shape is missed when gravity acts
+    /// on it again, largest distance of a node, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reload_error_mm: Option<f64>,
+}
