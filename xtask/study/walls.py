@@ -105,10 +105,12 @@ def phases(bench, name, ct):
     words = [line.split("\t") for line in told.splitlines()]
     sides = [w for _, _, w in words]
     shares = [float(w.rstrip(" %")) for w in sides if w.endswith("%")]
-    others = sorted({w for w in sides if w.startswith(("CT refused", "cut"))})
+    least = f"{min(shares):.0f} %" if shares else "-"
+    # Without the figures: what they say once.
+    others = sorted({w.split(": ")[1] for w in sides if w.startswith(("CT refused", "cut"))})
     return (f"| {name} | {len(words) // 2} | {sum(w.startswith('no breast') for w in sides)} | "
-            f"{sum(s < UNEVEN for s in shares)} | {min(shares, default=np.nan):.0f} % | "
-            f"{sum(w.startswith(('CT refused', 'cut')) for w in sides)} {'; '.join(w[:60] for w in others)} |")
+            f"{sum(s < UNEVEN for s in shares)} | {least} | "
+            f"{sum(w.startswith(('CT refused', 'cut')) for w in sides)} {'; '.join(others)} |")
 
 
 def main():

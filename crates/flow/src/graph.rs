@@ -3,7 +3,7 @@
 //! A node is one file in `nodes`. Its key is a hash of its own values, of its parents' keys and of
 //! the version of its method; nothing else decides what must be made again.
 
-use crate::ground::Ground;
+use crate::case_state::CaseState;
 use crate::key::Key;
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -37,8 +37,8 @@ pub(crate) trait Node: 'static {
     /// What it makes.
     type Out: Send + Sync + 'static;
 
-    /// What it may see of the ground state.
-    fn inputs(ground: &Ground) -> Result<Self::NodeInputs, Error>;
+    /// What it may see of the case.
+    fn inputs(case_state: &CaseState) -> Result<Self::NodeInputs, Error>;
 
     /// The result when the case does not ask for the node; its parents then count for nothing.
     fn not_asked(_inputs: &Self::NodeInputs) -> Option<Self::Out> {
@@ -134,9 +134,9 @@ pub(crate) struct Entry {
     pub(crate) writes: bool,
     pub(crate) by_value: bool,
     pub(crate) parents: &'static [NodeId],
-    pub(crate) key: fn(&Ground, &[Key]) -> Result<Key, Error>,
-    pub(crate) asked: fn(&Ground) -> Result<bool, Error>,
-    pub(crate) run: fn(&Ground, &[Output], &Work<'_>) -> Result<Output, Error>,
+    pub(crate) key: fn(&CaseState, &[Key]) -> Result<Key, Error>,
+    pub(crate) asked: fn(&CaseState) -> Result<bool, Error>,
+    pub(crate) run: fn(&CaseState, &[Output], &Work<'_>) -> Result<Output, Error>,
     pub(crate) save: fn(&Output, &Work<'_>) -> Result<(), Error>,
     pub(crate) facts: fn(&Output) -> Result<serde_json::Value, Error>,
     pub(crate) load: fn(serde_json::Value, &Work<'_>) -> Result<Output, Error>,
@@ -154,7 +154,7 @@ impl Entry {
             by_value: N::BY_VALUE,
             parents: N::Parents::IDS,
             key: key::<N>,
-            asked: |ground| Ok(N::not_asked(&N::inputs(ground)?).is_none()),
+            asked: |case_state| Ok(N::not_asked(&N::inputs(case_state)?).is_none()),
             run: run::<N>,
             save: |out, work| N::save(&typed::<N>(out), work),
             facts: |out| N::facts(&typed::<N>(out)),
@@ -166,8 +166,8 @@ impl Entry {
 
 /// hash(name, version of the method, own values, keys of the parents); of a node that is not asked
 /// for, its name and own values alone.
-fn key<N: Node>(ground: &Ground, parents: &[Key]) -> Result<Key, Error> {
-    let inputs = N::inputs(ground)?;
+fn key<N: Node>(case_state: &CaseState, parents: &[Key]) -> Result<Key, Error> {
+    let inputs = N::inputs(case_state)?;
     let mut hasher = blake3::Hasher::new();
     let mut add = |part: &[u8]| {
         hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
@@ -181,8 +181,12 @@ fn key<N: Node>(ground: &Ground, parents: &[Key]) -> Result<Key, Error> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-fn run<N: Node>(ground: &Ground, parents: &[Output], work: &Work<'_>) -> Result<Output, Error> {
-    let inputs = N::inputs(ground)?;
+fn run<N: Node>(
+    case_state: &CaseState,
+    parents: &[Output],
+    work: &Work<'_>,
+) -> Result<Output, Error> {
+    let inputs = N::inputs(case_state)?;
     if let Some(out) = N::not_asked(&inputs) {
         return Ok(Arc::new(out));
     }

@@ -15,13 +15,13 @@
 
 pub mod batch;
 mod case_file;
+mod case_state;
 pub mod commands;
 mod error;
 mod error_facts;
 mod figures;
 mod folder;
 mod graph;
-mod ground;
 mod inputs;
 mod key;
 mod lazy;

@@ -102,8 +102,8 @@ fn keep_case(session: &Session, summary: &Summary) -> Result<(), Error> {
 
 /// The series that was read, by which the next run knows its CT again.
 fn series(session: &Session) -> Option<String> {
-    let (case, ground) = (session.case(), session.ground());
-    let ct = ground.path(case.ct.as_ref()?);
+    let (case, case_state) = (session.case(), session.case_state());
+    let ct = case_state.path(case.ct.as_ref()?);
     case.series.clone().or_else(|| crate::folder::only_series(&ct))
 }
 

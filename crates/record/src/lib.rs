@@ -3,6 +3,7 @@
 
 mod agreement;
 mod fit;
+mod levels;
 mod patient;
 mod quality_check;
 mod solve;
@@ -14,6 +15,7 @@ mod warp;
 
 pub use agreement::{Consistency, Curved, SkinDistances, SurfaceDistance};
 pub use fit::{DeviationParts, FitStep, FittedTissues, StateFit, interval_95};
+pub use levels::TissueLevels;
 pub use patient::PatientIdentity;
 pub use quality_check::QualityCheck;
 pub use solve::Solve;

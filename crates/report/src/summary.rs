@@ -25,7 +25,8 @@ pub use run::{Link, Run, SourceSeries, StageTime};
 pub use supine_record::{
     Consistency, Curved, Cut, DenseFate, DenseThing, DeviationParts, FitStep, FittedTissues,
     Jacobian, ModulusOrigin, QualityCheck, RestState, SkinDistances, Solve, SphereRecord, StateFit,
-    SurfaceDistance, UncertainPatch, UncertaintyShare, UncertaintySource, WallUncertainty, Warp,
+    SurfaceDistance, TissueLevels, UncertainPatch, UncertaintyShare, UncertaintySource,
+    WallUncertainty, Warp,
 };
 pub use verdict::{Colour, Reason, Status, Verdict};
 pub use warning::Warning;
@@ -288,12 +289,9 @@ pub struct Segmentation {
 /// Fat, gland and other tissues. Nothing is computed from them.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Tissues {
-    /// Commonest value of the fat, HU.
-    pub fat_hu: f64,
-    /// Median of the gland where it is thick, HU; `None` where none is.
-    pub gland_hu: Option<f64>,
-    /// Whether the tumour was grown from its centre; else it is the sphere of the case.
-    pub tumour_grown: bool,
+    /// By what they were told from each other.
+    #[serde(flatten)]
+    pub levels: TissueLevels,
     /// Breast density: gland over gland and fat within the region, percent of volume; `None` when
     /// there is neither.
     pub density_percent: Option<f64>,

@@ -15,6 +15,7 @@ use crate::smoothing::smoothed;
 use crate::tumour;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use supine_record::TissueLevels;
 use supine_space::{Progress, Sphere, Stopped, Warning};
 use supine_volume::{Ct, LabelMap, Parts, label, median};
 
@@ -55,12 +56,8 @@ pub struct TissueShare {
 pub struct TissueInfo {
     /// What the user should look at.
     pub warnings: Vec<Warning>,
-    /// Mode of the fat, HU.
-    pub fat_hu: f64,
-    /// Median of thick gland, HU; `None` when no gland is thick enough to be measured.
-    pub gland_hu: Option<f64>,
-    /// Whether the tumour was grown from its centre; else it is the sphere given.
-    pub tumour_grown: bool,
+    /// By what they were told from each other.
+    pub levels: TissueLevels,
     /// Lung, bone, muscle, fat, gland, skin, tumour and implant in the whole CT.
     pub shares: Vec<TissueShare>,
 }
@@ -106,11 +103,11 @@ pub fn tissues(
     })?;
     mark_lung(ct, &frame, &mut out);
     progress.at(0.95)?;
-    let mut info =
-        TissueInfo { fat_hu: fat.into(), gland_hu: gland.map(f64::from), ..TissueInfo::default() };
+    let mut info = TissueInfo::default();
+    (info.levels.fat_hu, info.levels.gland_hu) = (fat.into(), gland.map(f64::from));
     if let Some(sphere) = tumour {
         info.warnings.extend(tumour::mark(ct, &frame, sphere, &mut out));
-        info.tumour_grown = info.warnings.is_empty();
+        info.levels.tumour_grown = info.warnings.is_empty();
     }
     let all = out.data().iter().copied().zip(ct.data().iter().copied());
     info.shares = shares(all, out.grid().voxel_volume() / 1000.0);

@@ -52,7 +52,7 @@ pub(crate) fn need(voxels: usize, tetrahedra: usize, order: u8) -> u64 {
 /// When the case names no CT.
 pub(crate) fn need_of(session: &Session) -> Result<u64, Error> {
     let case = session.case();
-    let path = session.ground().path(case.ct()?);
+    let path = session.case_state().path(case.ct()?);
     let voxels = voxels(&path, case.series.as_deref(), case.accept).unwrap_or(UNKNOWN);
     let order = if matches!(case.mesh.order, supine_mesh::Order::Linear) { 1 } else { 2 };
     Ok(need(voxels, case.mesh.tetrahedra, order))

@@ -128,9 +128,9 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
     }
     check_points(&session)?;
     let scans = check_scans(&session, &gather)?;
-    check_seeds(&session.ground(), input.ct.grid())?;
+    check_seeds(&session.case_state(), input.ct.grid())?;
     check_region(&session, input.ct.grid())?;
-    let (case, sphere) = (session.case(), session.ground().tumour()?.sphere);
+    let (case, sphere) = (session.case(), session.case_state().tumour()?.sphere);
     let pose = case.table_pose()?;
     Ok(CheckDone {
         case: given.case.clone(),
@@ -180,18 +180,18 @@ fn check_region(session: &Session, grid: &Grid) -> Result<(), Error> {
 
 /// That the lists of points can be read.
 fn check_points(session: &Session) -> Result<(), Error> {
-    let (case, ground) = (session.case(), session.ground());
+    let (case, case_state) = (session.case(), session.case_state());
     let seeds = case.seeds.files.iter().filter(|path| is_points_name(path));
     let seeds = seeds.map(|path| ("seeds.file", path));
     for (key, path) in seeds.chain(case.points.iter().map(|path| ("carry.points", path))) {
-        read_points(&ground.path(path)).map_err(|e| Error::file(key, e))?;
+        read_points(&case_state.path(path)).map_err(|e| Error::file(key, e))?;
     }
     Ok(())
 }
 
 /// That the scans can be read and agree with their landmarks, and what they are.
 fn check_scans(session: &Session, gather: &Gather<'_>) -> Result<Vec<CheckedScan>, Error> {
-    let (case, ground) = (session.case(), session.ground());
+    let (case, case_state) = (session.case(), session.case_state());
     let Some(scans) = &case.scans else { return Ok(vec![]) };
     let fit = scans.fit.as_ref();
     let named = [
@@ -199,12 +199,12 @@ fn check_scans(session: &Session, gather: &Gather<'_>) -> Result<Vec<CheckedScan
         (NodeId::Fit, "scans.supine", "supine", fit.and_then(|fit| fit.supine.as_ref())),
         (NodeId::Evaluation, "scans.intraop", "intraop", scans.intraop.as_ref()),
     ];
-    let of = |path| ground.file("scans.landmarks", path);
+    let of = |path| case_state.file("scans.landmarks", path);
     let landmarks = landmarks(scans.landmarks.as_deref().map(of).transpose()?.as_ref())?;
     let mut found = Vec::new();
     for (node, key, name, path) in named {
         let Some(path) = path else { continue };
-        let seen = SeenScan::read(&ground.file(key, path)?, (name, scans.unit), &landmarks)?;
+        let seen = SeenScan::read(&case_state.file(key, path)?, (name, scans.unit), &landmarks)?;
         found.push(CheckedScan {
             name,
             points: seen.posed.scan.points().len(),

@@ -113,7 +113,7 @@ pub fn mesh(given: &Mesh, observer: &dyn Observer) -> Result<MeshDone, Error> {
     let missing = CaseError::Missing { key: "region.centre", what: "the sphere that is modelled" };
     let sphere = case.region.ok_or(missing)?;
     if case.mesh.refine != Refinement::Nowhere {
-        beyond_region(session.ground().tumour()?.sphere, sphere)?;
+        beyond_region(session.case_state().tumour()?.sphere, sphere)?;
     }
     let gather = Gather::new(observer, &[NodeId::Segment, NodeId::Region]);
     let segmented = source(given, &case, sphere, &gather)?;

@@ -1,4 +1,4 @@
-//! What the commands of the command line do: each is a session with some of its ground given, and
+//! What the commands of the command line do: each is a session with some of its results given, and
 //! leaves files whose names the caller chose.
 //!
 //! Every command is a function of what was asked (`Mesh` and the like) and an [`crate::Observer`];

@@ -149,9 +149,9 @@ pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, 
 
 /// That a tumour lies in the CT, whether or not it becomes a label.
 fn check_tumour(session: &Session, ct: &Ct) -> Result<(), Error> {
-    let ground = session.ground();
-    if ground.case.tumour.is_some() {
-        tumour_place(ct, ground.tumour()?.sphere, None)?;
+    let case_state = session.case_state();
+    if case_state.case.tumour.is_some() {
+        tumour_place(ct, case_state.tumour()?.sphere, None)?;
     }
     Ok(())
 }

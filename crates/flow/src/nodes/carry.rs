@@ -2,8 +2,8 @@
 //! belong to.
 
 use super::{Export, Import, MovedObjects, Objects, Registration};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::nodes::objects::named;
 use crate::shared::CarriedKind;
@@ -40,9 +40,9 @@ impl Node for Carry {
     type Parents = (Import, Objects, MovedObjects, Export, Registration);
     type Out = Carried;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let secret = ground.secret.filter(|_| ground.case.export.anonymise);
-        Ok(NodeInputs { objects: named(ground)?, secret })
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let secret = case_state.secret.filter(|_| case_state.case.export.anonymise);
+        Ok(NodeInputs { objects: named(case_state)?, secret })
     }
 
     fn not_asked(inputs: &NodeInputs) -> Option<Carried> {

@@ -1,8 +1,8 @@
 //! A scan of the patient on the operating table held against the result.
 
 use super::{Import, Mesh, Points, Region, Segment, Solve};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::nodes::Meshed;
 use crate::nodes::law::Law;
@@ -67,15 +67,15 @@ impl Node for Evaluation {
     type Parents = (Import, Segment, Region, Mesh, Solve, Points);
     type Out = Evaluated;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let scans = case.scans.as_ref().and_then(|scans| Some((scans, scans.intraop.as_ref()?)));
         let scans = scans.map(|(scans, intraop)| {
             let landmarks = scans.landmarks.as_ref();
             Ok::<_, Error>(Scans {
-                intraop: ground.file("scans.intraop", intraop)?,
+                intraop: case_state.file("scans.intraop", intraop)?,
                 landmarks: landmarks
-                    .map(|path| ground.file("scans.landmarks", path))
+                    .map(|path| case_state.file("scans.landmarks", path))
                     .transpose()?,
                 unit: scans.unit,
             })

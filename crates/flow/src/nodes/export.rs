@@ -1,8 +1,8 @@
 //! The series for the planning system, read back and verified.
 
 use super::{Fit, Import, Solve, Source, Warp};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::shared::{IMAGE_COMMENTS, derivation, series_description};
 use crate::spec::Case;
@@ -72,8 +72,8 @@ impl Node for Export {
     type Parents = (Import, Source, Fit, Solve, Warp);
     type Out = Exported;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let Policy { new_study, keep_equipment, same_frame, clip_padding } = case.export.policy;
         Ok(NodeInputs {
             typed: Arc::clone(case),
@@ -84,7 +84,7 @@ impl Node for Export {
             keep_equipment,
             same_frame,
             clip_padding,
-            ct: ground.file("ct", case.ct()?)?,
+            ct: case_state.file("ct", case.ct()?)?,
             assume_hu: case.accept.assume_hu,
             equalise_steps: case.accept.equalise_steps,
             clock: case.export.clock.as_ref().map(ToString::to_string),

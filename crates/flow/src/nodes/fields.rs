@@ -1,8 +1,8 @@
 //! The map as fields on the voxels of the CT that it moves, both ways, and its Jacobian.
 
 use super::{Import, Imported, Solve, Solved};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use std::sync::{Arc, Mutex};
@@ -47,7 +47,7 @@ impl Node for Fields {
     type Parents = (Import, Solve);
     type Out = FieldsOut;
 
-    fn inputs(_: &Ground) -> Result<(), Error> {
+    fn inputs(_: &CaseState) -> Result<(), Error> {
         Ok(())
     }
 

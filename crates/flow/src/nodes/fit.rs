@@ -1,8 +1,8 @@
 //! The modulus that fits a scan of the sitting patient, in each rest state.
 
 use super::{Import, Mesh, Moduli as ModuliNode, Region, Segment, Tissues as TissuesNode};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
@@ -121,16 +121,16 @@ impl Node for Fit {
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
     type Out = Fitted;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let load = Load { ct: supine_space::supine(), target: supine_space::sitting() };
         let of_case = case.scans.as_ref().and_then(|scans| Some((scans, scans.fit.as_ref()?)));
         let scans = of_case.map(|(scans, fit)| {
             let file = |key, path: &Option<std::path::PathBuf>| {
-                path.as_ref().map(|path| ground.file(key, path)).transpose()
+                path.as_ref().map(|path| case_state.file(key, path)).transpose()
             };
             Ok::<_, Error>(Scans {
-                sitting: ground.file("scans.sitting", &fit.sitting)?,
+                sitting: case_state.file("scans.sitting", &fit.sitting)?,
                 supine: file("scans.supine", &fit.supine)?,
                 landmarks: file("scans.landmarks", &scans.landmarks)?,
                 unit: scans.unit,

@@ -1,7 +1,7 @@
 //! The CT.
 
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::shared::{CtInput, read_ct};
 use crate::work::Work;
@@ -53,10 +53,10 @@ impl Node for Import {
     type Parents = ();
     type Out = Imported;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let Accept { assume_hu, equalise_steps } = case.accept;
-        let (ct, series) = (ground.file("ct", case.ct()?)?, case.series.clone());
+        let (ct, series) = (case_state.file("ct", case.ct()?)?, case.series.clone());
         let exclude = case.exclude.clone();
         Ok(NodeInputs { ct, series, exclude, assume_hu, equalise_steps })
     }

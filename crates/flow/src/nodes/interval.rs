@@ -1,8 +1,8 @@
 //! How sure the displacement of the tumour is.
 
 use super::{Fit, Mesh, Moduli, Region, Segment, Solve};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::nodes::law::Law;
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -52,9 +52,9 @@ impl Node for Interval {
     type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve);
     type Out = Known;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
-        let (tumour, law) = (ground.tumour()?.sphere.into(), Law::of(case)?);
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
+        let (tumour, law) = (case_state.tumour()?.sphere.into(), Law::of(case)?);
         Ok(NodeInputs { tumour, law, young_kpa: case.young_interval_kpa })
     }
 

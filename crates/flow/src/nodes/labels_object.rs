@@ -1,8 +1,8 @@
 //! The labels as a DICOM segmentation of the CT they belong to.
 
 use super::{Segment, Source};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::shared::write_dicom_labels;
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -25,8 +25,8 @@ impl Node for LabelsObject {
     type Parents = (Source, Segment);
     type Out = ();
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let clock = ground.case.export.clock.as_ref();
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let clock = case_state.case.export.clock.as_ref();
         Ok(NodeInputs { clock: clock.map(ToString::to_string) })
     }
 

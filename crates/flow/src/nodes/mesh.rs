@@ -1,8 +1,8 @@
 //! The mesh of the soft tissue in the sphere.
 
 use super::{Region, Segment};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::nodes::law::Law;
 use crate::shared::{Goal, Mesher, Refine, mesh_facts, mesh_region};
 use crate::spec::Refinement;
@@ -93,15 +93,15 @@ impl Node for Mesh {
     type Parents = (Segment, Region);
     type Out = Meshed;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let refine = match case.mesh.refine {
             Refinement::Nowhere => OwnRefine::Nowhere,
             Refinement::Tumour { edge_mm, growth } => {
-                OwnRefine::Tumour { place: ground.tumour()?.sphere.into(), edge_mm, growth }
+                OwnRefine::Tumour { place: case_state.tumour()?.sphere.into(), edge_mm, growth }
             }
             Refinement::Goal => {
-                OwnRefine::Goal { place: ground.tumour()?.sphere.into(), law: Law::of(case)? }
+                OwnRefine::Goal { place: case_state.tumour()?.sphere.into(), law: Law::of(case)? }
             }
         };
         Ok(NodeInputs {

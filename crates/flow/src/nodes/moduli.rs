@@ -1,8 +1,8 @@
 //! A modulus for each tetrahedron, when the case asks for moduli by tissue.
 
 use super::{Import, Mesh, Tissues};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::nodes::import::Imported;
 use crate::nodes::tissues::Labelled;
 use crate::shared::{TissueMap, moduli, shares};
@@ -39,7 +39,12 @@ pub(crate) fn tissue_map<'a>(
 ) -> Option<TissueMap<'a>> {
     let (labels, facts) = (tissues.labels.as_ref()?, tissues.facts.as_ref()?);
     let kind = if by_labels { StiffnessMap::Labels } else { StiffnessMap::Hounsfield };
-    Some(TissueMap { labels, ct: &input.ct, levels_hu: (facts.fat_hu, facts.gland_hu), kind })
+    Some(TissueMap {
+        labels,
+        ct: &input.ct,
+        levels_hu: (facts.levels.fat_hu, facts.levels.gland_hu),
+        kind,
+    })
 }
 
 impl ByTissue {
@@ -78,8 +83,8 @@ impl Node for Moduli {
     type Parents = (Import, Tissues, Mesh);
     type Out = Option<ByTissue>;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let stiffness = ground.case.stiffness;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let stiffness = case_state.case.stiffness;
         Ok(NodeInputs {
             by_labels: stiffness.is_some_and(|s| s.map == StiffnessMap::Labels),
             stiffness: stiffness.map(|s| (s.kpa, s.mean_kpa)),

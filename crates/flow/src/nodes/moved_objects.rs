@@ -1,8 +1,8 @@
 //! The patient's own doses, structures and segmentations where the tissue carries them.
 
 use super::{Import, Objects, Solve};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::nodes::objects::named;
 use crate::shared::carry::{MovedObject, histograms};
 use crate::work::Work;
@@ -30,8 +30,8 @@ impl Node for MovedObjects {
     type Parents = (Import, Objects, Solve);
     type Out = Moved;
 
-    fn inputs(ground: &Ground) -> Result<bool, Error> {
-        Ok(named(ground)?.is_empty())
+    fn inputs(case_state: &CaseState) -> Result<bool, Error> {
+        Ok(named(case_state)?.is_empty())
     }
 
     fn not_asked(none: &bool) -> Option<Moved> {

@@ -2,8 +2,8 @@
 //! is done.
 
 use super::{Import, Source};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::shared::CarriedKind;
 use crate::shared::carry::{CarryContext, GivenObject};
@@ -19,11 +19,11 @@ pub(crate) struct NodeInputs {
 }
 
 /// The objects that a case names, with what they hold.
-pub(crate) fn named(ground: &Ground) -> Result<Vec<(CarriedKind, InputFile)>, Error> {
+pub(crate) fn named(case_state: &CaseState) -> Result<Vec<(CarriedKind, InputFile)>, Error> {
     let one = |file: &crate::shared::CarriedFile| {
-        Ok((file.kind, ground.file(file.kind.key(), &file.path)?))
+        Ok((file.kind, case_state.file(file.kind.key(), &file.path)?))
     };
-    ground.case.carried.iter().map(one).collect()
+    case_state.case.carried.iter().map(one).collect()
 }
 
 impl Node for Objects {
@@ -35,8 +35,8 @@ impl Node for Objects {
     /// In the order of the case.
     type Out = Vec<GivenObject>;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        Ok(NodeInputs { objects: named(ground)? })
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        Ok(NodeInputs { objects: named(case_state)? })
     }
 
     fn not_asked(inputs: &NodeInputs) -> Option<Vec<GivenObject>> {

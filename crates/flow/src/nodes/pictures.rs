@@ -4,8 +4,8 @@
 use super::{
     Evaluation, Fit, Import, Interval, Mesh, Points, Region, Segment, Solve, Tissues, Warp,
 };
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -40,11 +40,11 @@ impl Node for Pictures {
         (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points, Interval, Fit, Evaluation);
     type Out = Drawn;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         Ok(NodeInputs {
             left: case.breast()? == Side::Left,
-            tumour: ground.tumour()?.sphere.into(),
+            tumour: case_state.tumour()?.sphere.into(),
         })
     }
 

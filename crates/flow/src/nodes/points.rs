@@ -1,8 +1,8 @@
 //! The tumour, the nipple and the case's points, carried along.
 
 use super::{Region, Solve};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::shared::{PlacedTumour, movement};
 use crate::work::Work;
@@ -52,10 +52,10 @@ impl Node for Points {
     type Parents = (Region, Solve);
     type Out = Carried;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
-        let files = ground.files("carry.points", &case.points)?;
-        let PlacedTumour { sphere, drawn, .. } = ground.tumour()?;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
+        let files = case_state.files("carry.points", &case.points)?;
+        let PlacedTumour { sphere, drawn, .. } = case_state.tumour()?;
         Ok(NodeInputs { tumour: sphere.into(), drawn: drawn.map(|(file, _)| file), files })
     }
 

@@ -1,8 +1,8 @@
 //! The CT made ready for the segmentation: all of it that no seed changes.
 
 use super::{Import, Imported};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -36,8 +36,8 @@ impl Node for Prepare {
     type Parents = (Import,);
     type Out = Prepared;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        Ok(NodeInputs { needed: ground.case.labels.is_none() })
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        Ok(NodeInputs { needed: case_state.case.labels.is_none() })
     }
 
     fn not_asked(inputs: &NodeInputs) -> Option<Prepared> {

@@ -1,8 +1,8 @@
 //! The region: as given, or proposed from the breast; and whether the tumour lies in it.
 
 use super::{Import, Segment, Segmented, Tumour};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use rayon::prelude::*;
@@ -101,10 +101,10 @@ impl Node for Region {
     type Parents = (Import, Tumour, Segment);
     type Out = Chosen;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let left = case.breast()? == Side::Left;
-        let tumour = ground.tumour()?.sphere.into();
+        let tumour = case_state.tumour()?.sphere.into();
         Ok(NodeInputs { left, tumour, region: case.region.map(SphereRecord::from) })
     }
 

@@ -1,8 +1,8 @@
 //! Registrations of the exported series with the CT, when the case asks for them.
 
 use super::{Export, Fields, Import, Solve, Source};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::shared::{RegisteredSeries, write_registration};
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -34,8 +34,8 @@ impl Node for Registration {
     type Parents = (Import, Source, Solve, Export, Fields);
     type Out = Registered;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        Ok(NodeInputs { asked: ground.case.export.registration })
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        Ok(NodeInputs { asked: case_state.case.export.registration })
     }
 
     fn not_asked(inputs: &NodeInputs) -> Option<Registered> {

@@ -4,8 +4,8 @@ use super::{
     Carry, Evaluation, Export, Fields, Fit, Import, Interval, Moduli, Pictures, Points, Region,
     Registration, Segment, Solve, Structures, Warp,
 };
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::nodes::moduli::ByTissue;
 use crate::shared::warning_id;
 use crate::spec::Case;
@@ -61,12 +61,12 @@ impl Node for Report {
     );
     type Out = Reported;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let anonymise = case.export.anonymise;
         let canonical = if anonymise { case.nameless() } else { case.canonical().clone() };
-        let tumour = ground.tumour()?.sphere.into();
-        let seen = case.seen.clone();
+        let tumour = case_state.tumour()?.sphere.into();
+        let seen = case.names("report.seen");
         Ok(NodeInputs { case: canonical, anonymise, seen, tumour, typed: Arc::clone(case) })
     }
 
@@ -174,7 +174,8 @@ fn summarise(
         chain: vec![],
         run: Run::default(),
     };
-    summary.verdict = supine_report::verdict(&summary, case.tolerance_mm);
+    let tolerance_mm = case.number("tolerance").unwrap_or(supine_report::TOLERANCE_MM);
+    summary.verdict = supine_report::verdict(&summary, tolerance_mm);
     summary.status = summary.verdict.status();
     Ok(summary)
 }

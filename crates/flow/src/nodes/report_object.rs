@@ -1,8 +1,8 @@
 //! What the report says first, as a PDF beside the exported series, when the case asks for it.
 
 use super::{Export, Import, Pictures, Report, Source};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -26,8 +26,8 @@ impl Node for ReportObject {
     type Parents = (Import, Source, Export, Pictures, Report);
     type Out = ();
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let export = &ground.case.export;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let export = &case_state.case.export;
         Ok(NodeInputs { asked: export.pdf, anonymise: export.anonymise })
     }
 

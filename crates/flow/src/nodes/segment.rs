@@ -1,8 +1,8 @@
 //! Labels of chest wall and soft tissue: found, or supplied.
 
 use super::{Import, Imported, Prepare, Prepared};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::lazy::Lazy;
 use crate::shared::{
@@ -117,10 +117,10 @@ impl Node for Segment {
     type Parents = (Import, Prepare);
     type Out = Segmented;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         if let Some(SuppliedLabels { file, names }) = &case.labels {
-            let supplied = Some((ground.file("labels.file", file)?, names.clone()));
+            let supplied = Some((case_state.file("labels.file", file)?, names.clone()));
             return Ok(NodeInputs {
                 supplied,
                 seed_files: vec![],
@@ -131,7 +131,7 @@ impl Node for Segment {
         let points = case.seeds.points.iter();
         Ok(NodeInputs {
             supplied: None,
-            seed_files: ground.files("seeds.file", &case.seeds.files)?,
+            seed_files: case_state.files("seeds.file", &case.seeds.files)?,
             seed_points: points.map(|(kind, at)| (name(*kind), at.coords.into())).collect(),
             seed_strokes: case.seeds.strokes.clone(),
         })
@@ -229,8 +229,8 @@ fn supplied(
 ///
 /// # Errors
 /// When one does not, or a list of points cannot be read.
-pub(crate) fn check_seeds(ground: &Ground, grid: &Grid) -> Result<(), Error> {
-    let mut inputs = Segment::inputs(ground)?;
+pub(crate) fn check_seeds(case_state: &CaseState, grid: &Grid) -> Result<(), Error> {
+    let mut inputs = Segment::inputs(case_state)?;
     inputs.seed_files.retain(|file| is_points_name(&file.path));
     let seeds = seeds(&inputs, Progress::none())?;
     Ok(supine_segment::check_seeds_lie_in(grid, &seeds)?)

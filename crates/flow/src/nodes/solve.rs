@@ -1,8 +1,8 @@
 //! The displacement under the table's gravity.
 
 use super::{Fit, Mesh, Moduli};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::nodes::law::Law;
 use crate::nodes::mesh::Meshed;
 use crate::nodes::moduli::ByTissue;
@@ -71,8 +71,8 @@ impl Node for Solve {
     type Parents = (Mesh, Moduli, Fit);
     type Out = Solved;
 
-    fn inputs(ground: &Ground) -> Result<Law, Error> {
-        Law::of(&ground.case)
+    fn inputs(case_state: &CaseState) -> Result<Law, Error> {
+        Law::of(&case_state.case)
     }
 
     fn run(

@@ -1,8 +1,8 @@
 //! What exports may say of the CT's series: with the patient, or without her.
 
 use super::Import;
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::shared::ExportSource;
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -38,9 +38,9 @@ impl Node for Source {
     /// None when the CT did not come as DICOM.
     type Out = Option<ExportSource>;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let anonymise = ground.case.export.anonymise;
-        Ok(NodeInputs { secret: ground.secret.filter(|_| anonymise), anonymise })
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let anonymise = case_state.case.export.anonymise;
+        Ok(NodeInputs { secret: case_state.secret.filter(|_| anonymise), anonymise })
     }
 
     fn run(inputs: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Self::Out, Error> {

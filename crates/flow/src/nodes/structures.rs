@@ -2,8 +2,8 @@
 //! system begins with.
 
 use super::{Export, Import, Segment, Solve};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::shared::{OwnRegions, write_own_regions};
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -27,10 +27,10 @@ impl Node for Structures {
     type Parents = (Import, Segment, Solve, Export);
     type Out = ();
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
         Ok(NodeInputs {
-            tumour: ground.tumour()?.sphere.into(),
-            asked: ground.case.export.structures,
+            tumour: case_state.tumour()?.sphere.into(),
+            asked: case_state.case.export.structures,
         })
     }
 

@@ -1,8 +1,8 @@
 //! The finer tissues, when the case asks for them.
 
 use super::{Import, Region, Segment};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -37,10 +37,10 @@ impl Node for Tissues {
     type Parents = (Import, Segment, Region);
     type Out = Labelled;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let case = &ground.case;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let case = &case_state.case;
         let wanted = case.tissues && case.tumour.is_some();
-        let tumour = wanted.then(|| ground.tumour()).transpose()?;
+        let tumour = wanted.then(|| case_state.tumour()).transpose()?;
         let tumour = tumour.map(|tumour| tumour.sphere.into());
         Ok(NodeInputs { asked: case.tissues, tumour })
     }
@@ -98,9 +98,7 @@ fn facts(info: &TissueInfo, here: &[TissueShare]) -> Facts {
         whole_ct_ml: whole.ml,
     });
     Facts {
-        fat_hu: info.fat_hu,
-        gland_hu: info.gland_hu,
-        tumour_grown: info.tumour_grown,
+        levels: info.levels,
         density_percent: (gland + fat > 0.0).then(|| 100.0 * gland / (gland + fat)),
         volumes: volumes.collect(),
     }

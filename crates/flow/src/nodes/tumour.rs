@@ -2,8 +2,8 @@
 //! tissue, in the half of the body that the case names.
 
 use super::Import;
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::shared::{PlacedTumour, of_the_ct, of_the_patient};
 use crate::work::Work;
@@ -41,9 +41,9 @@ impl Node for Tumour {
     type Parents = (Import,);
     type Out = Placed;
 
-    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
-        let left = ground.case.breast()? == Side::Left;
-        let PlacedTumour { sphere, drawn, warnings } = ground.tumour()?;
+    fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
+        let left = case_state.case.breast()? == Side::Left;
+        let PlacedTumour { sphere, drawn, warnings } = case_state.tumour()?;
         Ok(NodeInputs { left, tumour: sphere.into(), drawn, warnings })
     }
 

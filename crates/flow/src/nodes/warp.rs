@@ -1,8 +1,8 @@
 //! The CT on the table.
 
 use super::{Import, Imported, Segment, Solve};
+use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use std::sync::Arc;
@@ -34,8 +34,8 @@ impl Node for Warp {
     type Parents = (Import, Segment, Solve);
     type Out = Warped;
 
-    fn inputs(ground: &Ground) -> Result<&'static str, Error> {
-        Ok(ground.case.interpolation.name())
+    fn inputs(case_state: &CaseState) -> Result<&'static str, Error> {
+        Ok(case_state.case.interpolation.name())
     }
 
     fn run(

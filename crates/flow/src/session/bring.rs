@@ -3,8 +3,8 @@
 use super::execute::{Job, Run};
 use super::plan::{Keys, Known, Plan, Shown, Step, ancestors, descendants, entry, hash_of_value};
 use super::{Lane, Observer, Request, Session, lock};
+use crate::case_state::CaseState;
 use crate::folder::RunFolder;
-use crate::ground::Ground;
 use crate::key::Key;
 use crate::shared::told;
 use crate::{Error, NodeId};
@@ -42,19 +42,19 @@ impl Session {
         values: &[NodeId],
         request: &Request<'_>,
     ) -> Result<Run, Error> {
-        let ground = self.secured(folder)?;
+        let case_state = self.secured(folder)?;
         let values: BTreeSet<NodeId> = values.iter().copied().collect();
         let mut forced = request.force.map(descendants).unwrap_or_default();
         let mut run = Run::default();
         loop {
             let pool = self.pool_of(request.lane);
             let open = pool.install(|| {
-                let wanted = ancestors(&ground, targets)?;
+                let wanted = ancestors(&case_state, targets)?;
                 let shown = |node, key: &Key| self.shown(folder, node, key);
-                Ok::<_, Error>(Keys::of(&ground, &wanted, &shown)?.open(&forced))
+                Ok::<_, Error>(Keys::of(&case_state, &wanted, &shown)?.open(&forced))
             })?;
             let pass = Pass {
-                ground: &ground,
+                case_state: &case_state,
                 folder,
                 pool,
                 targets: first_targets(targets, open),
@@ -73,29 +73,29 @@ impl Session {
                 break;
             }
         }
-        let stays = |node: NodeId| ground.given.contains_key(&node) || values.contains(&node);
+        let stays = |node: NodeId| case_state.given.contains_key(&node) || values.contains(&node);
         lock(&self.cells).fit(self.budget, stays);
         Ok(run)
     }
 
     fn pass(&self, pass: &Pass<'_>, request: &Request<'_>) -> Result<Run, Error> {
-        let Pass { ground, folder, pool, forced, .. } = *pass;
+        let Pass { case_state, folder, pool, forced, .. } = *pass;
         let held = |node, key: &Key| lock(&self.cells).get(node, key).is_some();
         let shown = |node, key: &Key| self.shown(folder, node, key);
         let known = Known { folder, forced, held: &held, shown: &shown, values: pass.values() };
-        let plan = pool.install(|| Plan::new(ground, &pass.targets, &known))?;
+        let plan = pool.install(|| Plan::new(case_state, &pass.targets, &known))?;
         if let Some(folder) = folder {
             self.refuse_overlap(folder.root())?;
             folder.renew()?;
-            let gone = stale(ground, folder, &plan, &shown);
+            let gone = stale(case_state, folder, &plan, &shown);
             folder.retire(&gone)?;
             for node in gone {
                 let aside = folder.clear(node)?;
-                tell_aside(node, &aside, ground.case.export.anonymise, request.observer);
+                tell_aside(node, &aside, case_state.case.export.anonymise, request.observer);
             }
         }
         let job = Job {
-            ground,
+            case_state,
             plan: &plan,
             folder,
             cells: &self.cells,
@@ -106,7 +106,7 @@ impl Session {
             stays: known
                 .values
                 .iter()
-                .chain(ground.given.keys())
+                .chain(case_state.given.keys())
                 .chain(&self.holds)
                 .copied()
                 .collect(),
@@ -127,33 +127,33 @@ impl Session {
         hash_of_value(&folder?.result(node, key)?.facts)
     }
 
-    /// The ground with the secret of the folder, where the case takes the patient out.
-    fn secured(&self, folder: Option<&RunFolder>) -> Result<Arc<Ground>, Error> {
-        let ground = self.ground();
-        if !ground.case.export.anonymise || ground.secret.is_some() {
-            return Ok(ground);
+    /// What was given, with the secret of the folder, where the case takes the patient out.
+    fn secured(&self, folder: Option<&RunFolder>) -> Result<Arc<CaseState>, Error> {
+        let case_state = self.case_state();
+        if !case_state.case.export.anonymise || case_state.secret.is_some() {
+            return Ok(case_state);
         }
         let secret = match folder {
             Some(folder) => folder.secret()?,
             None => crate::shared::random()?,
         };
-        self.change(|ground| {
-            ground.secret.get_or_insert(secret);
+        self.change(|case_state| {
+            case_state.secret.get_or_insert(secret);
         });
-        Ok(self.ground())
+        Ok(self.case_state())
     }
 
     /// The keys of results and of what they were made from, in the order of the nodes.
     pub(crate) fn chain(&self, targets: &[NodeId]) -> Result<Vec<Link>, Error> {
-        let ground = self.ground();
-        let wanted = ancestors(&ground, targets)?;
+        let case_state = self.case_state();
+        let wanted = ancestors(&case_state, targets)?;
         let folder = lock(&self.folder);
         let shown = |node, key: &Key| self.shown(folder.as_ref(), node, key);
-        let keys = Keys::of(&ground, &wanted, &shown)?;
+        let keys = Keys::of(&case_state, &wanted, &shown)?;
         let link = |&node: &NodeId| {
             let key = keys.get(node)?.clone();
             let value = keys.shown(node).filter(|shown| **shown != key).cloned();
-            let parents = keys.shown_parents(&ground, node);
+            let parents = keys.shown_parents(&case_state, node);
             Some(Link { stage: node.name().into(), key, value, parents })
         };
         Ok(wanted.iter().filter_map(link).collect())
@@ -162,7 +162,7 @@ impl Session {
 
 /// What is done in one go.
 struct Pass<'a> {
-    ground: &'a Ground,
+    case_state: &'a CaseState,
     folder: Option<&'a RunFolder>,
     pool: &'a rayon::ThreadPool,
     targets: Vec<NodeId>,
@@ -193,13 +193,18 @@ fn first_targets(targets: &[NodeId], open: Option<NodeId>) -> Vec<NodeId> {
 
 /// The nodes of which the folder holds what will go: those that are made anew, and all that the
 /// case no longer leads to.
-fn stale(ground: &Ground, folder: &RunFolder, plan: &Plan, shown: Shown<'_>) -> BTreeSet<NodeId> {
+fn stale(
+    case_state: &CaseState,
+    folder: &RunFolder,
+    plan: &Plan,
+    shown: Shown<'_>,
+) -> BTreeSet<NodeId> {
     let is_stale = |node: &NodeId| match plan.steps.get(node) {
         Some(Step::Make(None) | Step::Write) => true,
         Some(_) => false,
         None => {
-            let keys =
-                ancestors(ground, &[*node]).and_then(|wanted| Keys::of(ground, &wanted, shown));
+            let keys = ancestors(case_state, &[*node])
+                .and_then(|wanted| Keys::of(case_state, &wanted, shown));
             match keys.as_ref().map(|keys| keys.get(*node)) {
                 Ok(Some(key)) => folder.result(*node, key).is_none(),
                 Ok(None) => rests_on_made(*node, plan),

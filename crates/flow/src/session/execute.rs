@@ -3,9 +3,9 @@
 use super::observer::{Observer, Watched};
 use super::plan::{Plan, Step, entry};
 use super::{Cells, Done};
+use crate::case_state::CaseState;
 use crate::folder::{Record, RunFolder, visible};
 use crate::graph::Output;
-use crate::ground::Ground;
 use crate::memory::Meter;
 use crate::shared::told;
 use crate::work::Work;
@@ -34,7 +34,7 @@ pub(crate) struct Run {
 
 /// What the steps share.
 pub(super) struct Job<'a> {
-    pub(super) ground: &'a Ground,
+    pub(super) case_state: &'a CaseState,
     pub(super) plan: &'a Plan,
     pub(super) folder: Option<&'a RunFolder>,
     pub(super) cells: &'a Mutex<Cells>,
@@ -110,7 +110,7 @@ impl Job<'_> {
         let Some(folder) = self.folder.filter(|_| !self.quiet.contains(&node)) else { return };
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let keys = &self.plan.keys;
-        let (key, parents) = (keys.get(node), keys.shown_parents(self.ground, node));
+        let (key, parents) = (keys.get(node), keys.shown_parents(self.case_state, node));
         let mut line = json!({
             "unix_seconds": now.as_secs(), "stage": node.name(), "key": key, "parents": parents,
         });
@@ -123,7 +123,7 @@ impl Job<'_> {
             Err(error) => {
                 line["failed"] = error.kind().name().into();
                 line["error"] = json!({ "code": error.code(), "exit": error.kind().exit_code() });
-                if !self.ground.case.export.anonymise {
+                if !self.case_state.case.export.anonymise {
                     line["error"]["message"] = error.to_string().into();
                 }
             }
@@ -137,7 +137,7 @@ impl Job<'_> {
     fn ready(&self, state: &State) -> Option<NodeId> {
         let open = |node: NodeId| !state.done.contains_key(&node) && !state.running.contains(&node);
         let can = |node: NodeId| {
-            let parents = self.plan.keys.parents(self.ground, node);
+            let parents = self.plan.keys.parents(self.case_state, node);
             parents.iter().all(|parent| state.done.contains_key(parent))
         };
         self.plan.steps.keys().copied().find(|&node| open(node) && can(node))
@@ -145,13 +145,13 @@ impl Job<'_> {
 
     /// What a node gets from those before it.
     fn before(&self, state: &State, node: NodeId) -> Before {
-        let parents = self.plan.keys.parents(self.ground, node);
+        let parents = self.plan.keys.parents(self.case_state, node);
         let outputs = parents.iter().filter_map(|p| state.outputs.get(p).cloned()).collect();
         let mut all = BTreeSet::new();
         let mut open = parents.to_vec();
         while let Some(node) = open.pop() {
             if all.insert(node) {
-                open.extend(self.plan.keys.parents(self.ground, node));
+                open.extend(self.plan.keys.parents(self.case_state, node));
             }
         }
         let done = || all.iter().filter_map(|node| state.done.get(node));
@@ -219,7 +219,7 @@ impl Job<'_> {
                 Ok((Some(cell.output), record, cell.warnings, true))
             }
             Step::Make(known) => {
-                let output = (entry.run)(self.ground, &before.outputs, &work)?;
+                let output = (entry.run)(self.case_state, &before.outputs, &work)?;
                 if let Some(record) = known {
                     return Ok((
                         Some(output),
@@ -241,7 +241,7 @@ impl Job<'_> {
         output: &Output,
         work: &Work<'_>,
     ) -> Result<(Vec<Warning>, Option<Record>), Error> {
-        let nameless = self.ground.case.export.anonymise;
+        let nameless = self.case_state.case.export.anonymise;
         let warnings: Vec<Warning> =
             work.take_warnings().iter().map(|warning| told(node, warning, nameless)).collect();
         let record = self.keep(node, output, warnings.clone(), work)?;
@@ -260,7 +260,7 @@ impl Job<'_> {
         let facts = (entry(node).facts)(output)?;
         let key = self.plan.keys.get(node).cloned().ok_or(Error::NotKept { node })?;
         let (method, parents) =
-            (entry(node).method, self.plan.keys.shown_parents(self.ground, node));
+            (entry(node).method, self.plan.keys.shown_parents(self.case_state, node));
         let record = Record { key, method, parents, files: vec![], facts, warnings };
         let saved = (entry(node).save)(output, work).and_then(|()| folder.keep(node, record));
         if saved.is_err() {
@@ -287,7 +287,7 @@ impl Job<'_> {
         let mut needed = BTreeSet::new();
         for (&node, step) in self.plan.steps.iter().filter(|(n, _)| !state.done.contains_key(n)) {
             match step {
-                Step::Make(_) => needed.extend(self.plan.keys.parents(self.ground, node)),
+                Step::Make(_) => needed.extend(self.plan.keys.parents(self.case_state, node)),
                 Step::Held | Step::Write => drop(needed.insert(node)),
                 Step::Kept(_) | Step::Load(_) => {}
             }

@@ -130,7 +130,7 @@ impl Session {
 
     /// Lets a node make its result again.
     pub fn take_back(&self, node: NodeId) {
-        let was = self.change(|ground| ground.given.remove(&node)).is_some();
+        let was = self.change(|case_state| case_state.given.remove(&node)).is_some();
         if was {
             self.forget(node);
         }
@@ -138,7 +138,7 @@ impl Session {
 
     /// The nodes whose results were given, in the order of the flow.
     pub fn given(&self) -> Vec<NodeId> {
-        self.ground().given.keys().copied().collect()
+        self.case_state().given.keys().copied().collect()
     }
 
     /// That a whole run tells all it rests on: its case does not hold what was given in memory.

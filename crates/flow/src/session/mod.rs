@@ -15,9 +15,9 @@ mod values;
 pub(crate) use observer::Watched;
 pub use observer::{Observer, Unwatched};
 
+use crate::case_state::CaseState;
 use crate::folder::{HeldResult, Record, RunFolder, refuse_overlap};
 use crate::graph::{Node, typed};
-use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::key::Key;
 use crate::memory::Meter;
@@ -41,7 +41,7 @@ const LIVE_THREADS: usize = 2;
 
 /// What was given, and all that was derived from it.
 pub struct Session {
-    ground: RwLock<Arc<Ground>>,
+    case_state: RwLock<Arc<CaseState>>,
     cells: Mutex<Cells>,
     folder: Mutex<Option<RunFolder>>,
     /// All cores but one, or as many as were asked for.
@@ -145,7 +145,7 @@ impl Session {
             let built = builder.start_handler(|_| meter.enter()).build();
             built.map_err(|e| Error::Threads(e.to_string()))
         };
-        let ground = Ground {
+        let case_state = CaseState {
             case: Arc::new(spec.case()?),
             spec: Arc::new(spec),
             inputs: Arc::new(inputs),
@@ -154,7 +154,7 @@ impl Session {
             given: BTreeMap::new(),
         };
         Ok(Self {
-            ground: RwLock::new(Arc::new(ground)),
+            case_state: RwLock::new(Arc::new(case_state)),
             cells: Mutex::default(),
             folder: Mutex::new(None),
             pool: pool(threads)?,
@@ -184,9 +184,9 @@ impl Session {
     /// # Errors
     /// [`Error::Overlap`].
     pub fn refuse_overlap(&self, root: &Path) -> Result<(), Error> {
-        let ground = self.ground();
-        for (key, path) in ground.spec.paths() {
-            let path = ground.path(path);
+        let case_state = self.case_state();
+        for (key, path) in case_state.spec.paths() {
+            let path = case_state.path(path);
             refuse_overlap(root, key, &path)?;
             // The samples of a volume may lie elsewhere than its header.
             for beside in supine_exchange::volume_files(&path).unwrap_or_default() {
@@ -206,7 +206,7 @@ impl Session {
             Some(held) => Err(Error::OtherResult {
                 path: folder.root().into(),
                 held: held.told(),
-                ct: self.ground().case.ct.clone().map(|ct| self.ground().path(&ct)),
+                ct: self.case_state().case.ct.clone().map(|ct| self.case_state().path(&ct)),
             }),
             None => Ok(()),
         }
@@ -216,10 +216,10 @@ impl Session {
     /// has set aside; nothing is changed.
     pub(crate) fn other_result(&self, root: &Path) -> Option<HeldResult> {
         let held = HeldResult::of(root).or_else(|| HeldResult::set_aside(root))?;
-        let ground = self.ground();
-        let ct = ground.case.ct.as_ref().map(|ct| ground.path(ct));
+        let case_state = self.case_state();
+        let ct = case_state.case.ct.as_ref().map(|ct| case_state.path(ct));
         // A CT that was given in memory has no place, and no result of it is kept in a folder.
-        let other = ct.is_some_and(|ct| !held.is_of(&ct, &ground.inputs));
+        let other = ct.is_some_and(|ct| !held.is_of(&ct, &case_state.inputs));
         other.then_some(held)
     }
 
@@ -254,8 +254,8 @@ impl Session {
     pub(crate) fn give<N: Node>(&self, out: N::Out, key: String) {
         let key = format!("given {key}");
         lock(&self.cells).put(N::ID, key.clone(), Arc::new(out), vec![]);
-        self.change(|ground| {
-            ground.given.insert(N::ID, key);
+        self.change(|case_state| {
+            case_state.given.insert(N::ID, key);
         });
     }
 
@@ -282,11 +282,11 @@ impl Session {
         &self,
         change: impl FnOnce(&mut Spec) -> Result<(), CaseError>,
     ) -> Result<Vec<NodeId>, Error> {
-        self.change(|ground| {
-            let mut spec = (*ground.spec).clone();
+        self.change(|case_state| {
+            let mut spec = (*case_state.spec).clone();
             change(&mut spec)?;
-            ground.case = Arc::new(spec.case()?);
-            ground.spec = Arc::new(spec);
+            case_state.case = Arc::new(spec.case()?);
+            case_state.spec = Arc::new(spec);
             Ok::<_, Error>(())
         })?;
         Ok(NodeId::ALL.into_iter().filter(|node| self.is_stale(*node)).collect())
@@ -308,12 +308,12 @@ impl Session {
 
     /// The values that are given now.
     pub fn spec(&self) -> Arc<Spec> {
-        Arc::clone(&self.ground().spec)
+        Arc::clone(&self.case_state().spec)
     }
 
     /// The case that is given now.
     pub fn case(&self) -> Arc<Case> {
-        Arc::clone(&self.ground().case)
+        Arc::clone(&self.case_state().case)
     }
 
     fn is_held(&self, node: NodeId) -> bool {
@@ -337,9 +337,9 @@ impl Session {
 
     /// The key that a node's result has with what is given now, if what is held tells it.
     pub(crate) fn key(&self, node: NodeId) -> Option<String> {
-        let ground = self.ground();
-        let wanted = ancestors(&ground, &[node]).ok()?;
-        let keys = Keys::of(&ground, &wanted, &|node, key| self.shown(None, node, key)).ok()?;
+        let case_state = self.case_state();
+        let wanted = ancestors(&case_state, &[node]).ok()?;
+        let keys = Keys::of(&case_state, &wanted, &|node, key| self.shown(None, node, key)).ok()?;
         keys.get(node).cloned()
     }
 
@@ -375,7 +375,7 @@ impl Session {
 
     /// Drops a result; it comes back from the folder, or is made again.
     pub fn forget(&self, node: NodeId) {
-        if !self.ground().given.contains_key(&node) {
+        if !self.case_state().given.contains_key(&node) {
             lock(&self.cells).remove(node);
         }
     }
@@ -385,17 +385,17 @@ impl Session {
         self.pool.current_num_threads()
     }
 
-    pub(crate) fn ground(&self) -> Arc<Ground> {
-        Arc::clone(&self.ground.read().unwrap_or_else(std::sync::PoisonError::into_inner))
+    pub(crate) fn case_state(&self) -> Arc<CaseState> {
+        Arc::clone(&self.case_state.read().unwrap_or_else(std::sync::PoisonError::into_inner))
     }
 
-    /// Changes the ground, unless the change fails.
-    fn change<T: Outcome>(&self, change: impl FnOnce(&mut Ground) -> T) -> T {
-        let mut held = self.ground.write().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let mut ground = (**held).clone();
-        let outcome = change(&mut ground);
+    /// Changes what was given, unless the change fails.
+    fn change<T: Outcome>(&self, change: impl FnOnce(&mut CaseState) -> T) -> T {
+        let mut held = self.case_state.write().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut case_state = (**held).clone();
+        let outcome = change(&mut case_state);
         if outcome.is_good() {
-            *held = Arc::new(ground);
+            *held = Arc::new(case_state);
         }
         outcome
     }
@@ -407,15 +407,15 @@ impl Session {
         left: &[Link],
         secret: Option<[u8; 32]>,
     ) -> Result<Vec<NodeId>, Error> {
-        let ground = Ground { secret, ..(*self.ground()).clone() };
-        let wanted = ancestors(&ground, &NodeId::ALL)?;
+        let case_state = CaseState { secret, ..(*self.case_state()).clone() };
+        let wanted = ancestors(&case_state, &NodeId::ALL)?;
         let link = |node: NodeId, key: &Key| {
             left.iter().find(|link| link.stage == node.name() && link.key == *key)
         };
         let shown = |node, key: &Key| {
             link(node, key).map(|link| link.value.clone().unwrap_or_else(|| key.clone()))
         };
-        let keys = Keys::of(&ground, &wanted, &shown)?;
+        let keys = Keys::of(&case_state, &wanted, &shown)?;
         let is_new = |node: &NodeId| keys.get(*node).is_none_or(|key| link(*node, key).is_none());
         Ok(wanted.into_iter().filter(is_new).collect())
     }

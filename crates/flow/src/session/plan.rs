@@ -1,8 +1,8 @@
 //! What has to be done: found from keys, what is held and what is kept.
 
+use crate::case_state::CaseState;
 use crate::folder::{Record, RunFolder};
 use crate::graph::Entry;
-use crate::ground::Ground;
 use crate::key::Key;
 use crate::nodes::NODES;
 use crate::{Error, NodeId};
@@ -58,34 +58,34 @@ impl Keys {
     /// Keys of the wanted nodes and all they rest on.
     ///
     /// # Errors
-    /// What the ground lacks.
+    /// What was not given.
     pub(super) fn of(
-        ground: &Ground,
+        case_state: &CaseState,
         wanted: &BTreeSet<NodeId>,
         shown: Shown<'_>,
     ) -> Result<Self, Error> {
         let mut keys = Self::default();
         for &node in wanted {
-            keys.add(ground, node, shown)?;
+            keys.add(case_state, node, shown)?;
         }
         Ok(keys)
     }
 
-    fn add(&mut self, ground: &Ground, node: NodeId, shown: Shown<'_>) -> Result<(), Error> {
+    fn add(&mut self, case_state: &CaseState, node: NodeId, shown: Shown<'_>) -> Result<(), Error> {
         let entry = entry(node);
-        if let Some(given) = ground.given.get(&node) {
+        if let Some(given) = case_state.given.get(&node) {
             self.asked.insert(node, true);
             self.known.insert(node, given.clone());
             self.shown.insert(node, given.clone());
             return Ok(());
         }
-        let asked = (entry.asked)(ground)?;
+        let asked = (entry.asked)(case_state)?;
         self.asked.insert(node, asked);
         let parents: &[NodeId] = if asked { entry.parents } else { &[] };
         let parents: Option<Vec<Key>> =
             parents.iter().map(|p| self.shown.get(p).cloned()).collect();
         let Some(parents) = parents else { return Ok(()) };
-        let key = (entry.key)(ground, &parents)?;
+        let key = (entry.key)(case_state, &parents)?;
         let by = if entry.by_value { shown(node, &key) } else { Some(key.clone()) };
         by.and_then(|by| self.shown.insert(node, by));
         self.known.insert(node, key);
@@ -103,8 +103,8 @@ impl Keys {
     }
 
     /// By what a node knows its parents.
-    pub(super) fn shown_parents(&self, ground: &Ground, node: NodeId) -> Vec<Key> {
-        self.parents(ground, node).iter().filter_map(|p| self.shown.get(p).cloned()).collect()
+    pub(super) fn shown_parents(&self, case_state: &CaseState, node: NodeId) -> Vec<Key> {
+        self.parents(case_state, node).iter().filter_map(|p| self.shown.get(p).cloned()).collect()
     }
 
     /// The first node that must be made before the keys of all others are known.
@@ -115,22 +115,25 @@ impl Keys {
     }
 
     /// The parents whose results a node needs.
-    pub(super) fn parents(&self, ground: &Ground, node: NodeId) -> &'static [NodeId] {
-        let made = !ground.given.contains_key(&node) && self.asked[&node];
+    pub(super) fn parents(&self, case_state: &CaseState, node: NodeId) -> &'static [NodeId] {
+        let made = !case_state.given.contains_key(&node) && self.asked[&node];
         if made { entry(node).parents } else { &[] }
     }
 }
 
 /// The nodes that some targets rest on, themselves included; what is given rests on nothing, and
 /// neither does what is not asked for.
-pub(super) fn ancestors(ground: &Ground, targets: &[NodeId]) -> Result<BTreeSet<NodeId>, Error> {
+pub(super) fn ancestors(
+    case_state: &CaseState,
+    targets: &[NodeId],
+) -> Result<BTreeSet<NodeId>, Error> {
     let mut found = BTreeSet::new();
     let mut open = targets.to_vec();
     while let Some(node) = open.pop() {
-        if !found.insert(node) || ground.given.contains_key(&node) {
+        if !found.insert(node) || case_state.given.contains_key(&node) {
             continue;
         }
-        if (entry(node).asked)(ground)? {
+        if (entry(node).asked)(case_state)? {
             open.extend(entry(node).parents);
         }
     }
@@ -163,13 +166,13 @@ pub(super) struct Known<'a> {
 impl Plan {
     /// What the targets need, all of whose keys are known.
     pub(super) fn new(
-        ground: &Ground,
+        case_state: &CaseState,
         targets: &[NodeId],
         known: &Known<'_>,
     ) -> Result<Self, Error> {
         let &Known { folder, forced, held, shown, ref values } = known;
-        let wanted = ancestors(ground, targets)?;
-        let keys = Keys::of(ground, &wanted, shown)?;
+        let wanted = ancestors(case_state, targets)?;
+        let keys = Keys::of(case_state, &wanted, shown)?;
         let mut values = values.clone();
         if folder.is_none() {
             // Without a folder a result that nobody holds is no result.
@@ -180,7 +183,7 @@ impl Plan {
             let key = keys.get(node).ok_or(Error::NotKept { node })?;
             let fresh = !forced.contains(&node);
             let record = folder.and_then(|folder| folder.result(node, key)).filter(|_| fresh);
-            let given = ground.given.contains_key(&node);
+            let given = case_state.given.contains_key(&node);
             let step = match (held(node, key) && fresh, record) {
                 (true, record) if given || folder.is_none() || record.is_some() => Step::Held,
                 (true, None) if !entry(node).writes => Step::Write,
@@ -189,7 +192,7 @@ impl Plan {
                 (_, record) => Step::Make(record),
             };
             if let Step::Make(_) = step {
-                values.extend(keys.parents(ground, node));
+                values.extend(keys.parents(case_state, node));
             }
             steps.insert(node, step);
         }

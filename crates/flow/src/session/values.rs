@@ -117,7 +117,7 @@ impl Session {
     /// The tumour as the case gives it, LPS, mm; of one named by a structure, once its file was
     /// read.
     pub fn tumour_sphere(&self) -> Option<Sphere> {
-        self.ground().tumour().ok().map(|placed| placed.sphere)
+        self.case_state().tumour().ok().map(|placed| placed.sphere)
     }
 
     /// The side of the body on which a place of the CT that is held lies (LPS, mm), where it lies

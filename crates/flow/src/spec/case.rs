@@ -12,6 +12,9 @@ use supine_warp::Interpolation;
 
 /// Everything that decides a result, checked. What a command does not need may be absent; who needs
 /// it asks by the methods that name what is missing.
+///
+/// Fields are values that go together, or that become types of the field. A value that a stage
+/// needs as it stands has none: it is asked for by its key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// DICOM folder or file of it, NRRD or NIfTI file.
@@ -38,10 +41,6 @@ pub struct Case {
     pub stiffness: Option<Stiffness>,
     /// Moduli between which the tissue's may lie, kPa.
     pub young_interval_kpa: Option<[f64; 2]>,
-    /// How far off the tumour's place may be for a green verdict, mm.
-    pub tolerance_mm: f64,
-    /// Warnings that the planner has looked at, by [`crate::warning_id`].
-    pub seen: Vec<String>,
     /// What the CT shape is taken for.
     pub rest: RestState,
     /// What holds the cut.
@@ -251,6 +250,25 @@ impl Case {
     pub(super) fn without_canonical(mut self) -> Self {
         self.canonical.clear();
         self
+    }
+
+    /// The number of a key, or its default, in the unit of its row of the table.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.at(key)?.as_f64()
+    }
+
+    /// The names of a key.
+    pub fn names(&self, key: &str) -> Vec<String> {
+        let all = self.at(key).and_then(Json::as_array).into_iter().flatten();
+        all.filter_map(|name| Some(name.as_str()?.to_owned())).collect()
+    }
+
+    /// The value of a key, or its default.
+    fn at(&self, key: &str) -> Option<&Json> {
+        match key.split_once('.') {
+            None => self.canonical.get(key),
+            Some((table, name)) => self.canonical.get(table)?.get(name),
+        }
     }
 
     /// How the CT is read when it is DICOM.

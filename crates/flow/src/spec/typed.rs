@@ -39,8 +39,6 @@ impl Case {
             }),
             table: table_pose(given)?,
             tumour: tumour(given)?,
-            seen: given.names("report.seen"),
-            tolerance_mm: given.number("tolerance").unwrap_or(supine_report::TOLERANCE_MM),
             region: sphere(given, ["region.centre", "region.radius"])?,
             mesh: mesh::spec(given)?,
             tissue: tissue::law(given),

@@ -87,7 +87,7 @@ fn sentence(tissues: &Tissues) -> String {
         ),
         None => "There is neither gland nor fat within the region.".into(),
     };
-    let gland = tissues.gland_hu.map_or_else(
+    let gland = tissues.levels.gland_hu.map_or_else(
         || "no gland is thick enough to be measured".into(),
         |hu| format!("gland {} HU", fixed(hu, 0)),
     );
@@ -95,6 +95,6 @@ fn sentence(tissues: &Tissues) -> String {
         "{density} Told apart half-way between the levels of this CT: fat {} HU, {gland}. Muscle in \
          front of the chest wall counts as gland, strands thinner than 4 mm as fat. For information: \
          mesh and deformed CT do not depend on these colours.",
-        fixed(tissues.fat_hu, 0)
+        fixed(tissues.levels.fat_hu, 0)
     )
 }

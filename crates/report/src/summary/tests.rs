@@ -106,9 +106,7 @@ pub(crate) fn example() -> Summary {
                 },
             ],
             tissues: Some(Tissues {
-                fat_hu: -101.0,
-                gland_hu: Some(38.5),
-                tumour_grown: true,
+                levels: TissueLevels { fat_hu: -101.0, gland_hu: Some(38.5), tumour_grown: true },
                 density_percent: Some(17.5),
                 volumes: vec![
                     TissueVolume {

@@ -42,9 +42,9 @@ fn every_voxel_stays_on_its_side_and_gets_its_tissue() {
     assert_eq!(of(-75.0, -90.0, -40.0), label::FAT);
     assert_eq!(of(60.0, 0.0, 0.0), label::LUNG);
     assert_eq!(of(0.0, 66.0, 0.0), label::BONE);
-    assert!(info.warnings.is_empty() && info.tumour_grown, "{info:?}");
-    assert!((info.fat_hu + 100.0).abs() < 6.0, "{info:?}");
-    assert!(info.gland_hu.is_some_and(|hu| (hu - 32.0).abs() < 8.0), "{info:?}");
+    assert!(info.warnings.is_empty() && info.levels.tumour_grown, "{info:?}");
+    assert!((info.levels.fat_hu + 100.0).abs() < 6.0, "{info:?}");
+    assert!(info.levels.gland_hu.is_some_and(|hu| (hu - 32.0).abs() < 8.0), "{info:?}");
     let sphere = 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3) / 1000.0;
     assert!((0.6..1.5).contains(&(ml(&info, label::TUMOUR) / sphere)), "{info:?}");
     assert!((1.0..5.0).contains(&(ml(&info, label::LUNG) / 1000.0)), "{info:?}");
@@ -58,7 +58,7 @@ fn a_tumour_that_does_not_stand_out_is_the_sphere_and_says_so() {
     let (ct, coarse) = thorax();
     let in_fat = Sphere::new(Point::new(-105.0, -92.0, 25.0), 6.0).unwrap();
     let (fine, info) = tissues(&ct, &coarse, None, Some(in_fat), Progress::none()).unwrap();
-    assert!(info.warnings.len() == 1 && !info.tumour_grown, "{info:?}");
+    assert!(info.warnings.len() == 1 && !info.levels.tumour_grown, "{info:?}");
     let inside = |l: u8| l == label::TUMOUR;
     assert!(inside(fine.at(fine.grid().voxel_at(&in_fat.centre()).unwrap())));
 }

@@ -96,8 +96,8 @@ impl Results {
         self.figures = session.figures().into_iter().map(shown).collect();
         self.tumour = session.peek_tumour().map(|(movement, interval)| {
             let interval = interval.as_ref();
-            let reason =
-                interval.and_then(|interval| too_wide(interval, session.case().tolerance_mm));
+            let tolerance_mm = session.case().number("tolerance");
+            let reason = interval.zip(tolerance_mm).and_then(|(known, mm)| too_wide(known, mm));
             TumourShown {
                 distance_mm: movement.distance_mm,
                 length_mm: interval.map(|interval| interval.length_mm),

@@ -221,9 +221,9 @@ impl Work {
 
     /// Shows which warnings the case has ticked.
     pub(super) fn show_ticks(&mut self, session: &Session) {
-        let case = session.case();
+        let seen = session.case().names("report.seen");
         for warning in &mut self.warnings {
-            warning.ticked = case.seen.contains(&warning.id);
+            warning.ticked = seen.contains(&warning.id);
         }
     }
 

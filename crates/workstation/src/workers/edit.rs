@@ -62,7 +62,7 @@ pub(crate) fn tick(live: &Arc<Live>, Tick { id, on }: Tick) -> Result<(), Error>
         if !store.work.warns_of(&id) {
             return Err(Error::Request("there is no such warning".into()));
         }
-        Ok((store.case.revision(), store.case.session()?.case().seen.clone()))
+        Ok((store.case.revision(), store.case.session()?.case().names("report.seen")))
     })?;
     seen.retain(|known| *known != id);
     seen.extend(on.then_some(id));

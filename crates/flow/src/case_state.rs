@@ -1,4 +1,4 @@
-//! The ground state: what was given. All else is derived from it.
+//! What was given: all else is derived from it.
 
 use crate::inputs::{InputFile, Inputs};
 use crate::key::Key;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// A case, the folder that its paths lead from, and results that were given in place of being made.
 #[derive(Clone, Debug)]
-pub(crate) struct Ground {
+pub(crate) struct CaseState {
     /// The values as they were given, with the folder that their paths lead from.
     pub(crate) spec: Arc<Spec>,
     /// What they make.
@@ -26,7 +26,7 @@ pub(crate) struct Ground {
     pub(crate) given: BTreeMap<NodeId, Key>,
 }
 
-impl Ground {
+impl CaseState {
     /// A path of the case.
     pub(crate) fn path(&self, path: &Path) -> PathBuf {
         self.spec.folder().join(path)
@@ -58,7 +58,7 @@ impl Ground {
     /// Several of them.
     ///
     /// # Errors
-    /// As [`Ground::file`].
+    /// As [`CaseState::file`].
     pub(crate) fn files(
         &self,
         key: &'static str,
