@@ -55,11 +55,17 @@ fn main() -> ExitCode {
         Err(error) => return manual::usage(&error),
     };
     let screen = Screen::new(&cli.common);
-    let mut done = work(cli, &screen);
-    if let Err(failure) = screen.write_profile() {
-        // What the command itself failed with is told first.
-        done = done.and(Err(failure));
-    }
+    let mut done = match screen.check_profile() {
+        Ok(()) => {
+            let done = work(cli, &screen);
+            // What the command itself failed with is told first.
+            match screen.write_profile() {
+                Ok(()) => done,
+                Err(failure) => done.and(Err(failure)),
+            }
+        }
+        Err(failure) => Err(failure),
+    };
     if let Err(failure) = screen::check_written() {
         done = done.and(Err(failure));
     }

@@ -30,6 +30,18 @@ impl Profile {
         Self { file: file.into(), begun: Instant::now(), trace: Mutex::default() }
     }
 
+    /// That no other file is where it is to be written.
+    ///
+    /// # Errors
+    /// When there is one.
+    pub(crate) fn check(&self) -> Result<(), supine_flow::Error> {
+        let is_trace = |text: &str| {
+            let all: Option<Value> = serde_json::from_str(text).ok();
+            all.is_some_and(|all| all["traceEvents"].is_array())
+        };
+        supine_flow::check_text("--profile", &self.file, is_trace)
+    }
+
     /// Now, µs since the start.
     fn now(&self) -> f64 {
         self.begun.elapsed().as_secs_f64() * 1e6

@@ -165,6 +165,14 @@ impl Screen {
         err(&if self.log { log::say(text) } else { visible(text).into_owned() });
     }
 
+    /// That a trace that was asked for takes the place of no other file.
+    ///
+    /// # Errors
+    /// When it would.
+    pub(crate) fn check_profile(&self) -> Result<(), Failure> {
+        self.profile.as_ref().map_or(Ok(()), |profile| Ok(profile.check()?))
+    }
+
     /// Writes the trace, if one was asked for.
     ///
     /// # Errors

@@ -10,8 +10,8 @@ use supine_flow::commands::Colour;
 use supine_flow::commands::fit::{self, Fit};
 use supine_flow::commands::run::{self, Run, RunDone};
 use supine_flow::{
-    Denial, Options, Summary, denial, directions, held, moves, run_told, stopped_at_once,
-    verdict_lines, write_status,
+    Denial, Options, Summary, check_text, denial, directions, held, is_status, moves, run_told,
+    stopped_at_once, verdict_lines, write_status,
 };
 use supine_space::Failure as Kind;
 
@@ -23,6 +23,7 @@ pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
     let start = Some(start()?);
     let given = Run { case, changes, anonymise, out, options, start };
     let Some(file) = status else { return case_into(&given, worst, screen) };
+    check_text("--status", &file, is_status)?;
     let stopped = stopped_at_once(&given, &file);
     let last = file.clone();
     // Nobody is left to be told that it cannot be written.

@@ -214,7 +214,7 @@ pub enum Error {
     #[error("the series has no usable grid: {0}")]
     Grid(#[from] supine_space::GridError),
     /// The values cannot be Hounsfield units.
-    #[error("the values of the series cannot be Hounsfield units: {reason}")]
+    #[error("its values cannot be Hounsfield units: {reason}")]
     NotHounsfield {
         /// What speaks against it.
         reason: String,

@@ -3,6 +3,7 @@
 use crate::NodeId;
 use crate::nodes::{Fields, Mesh, Solve, Warp};
 use crate::session::Session;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
 use supine_volume::Volume;
@@ -14,7 +15,7 @@ const POOR_DIHEDRAL_DEG: f64 = 5.0;
 const SQUEEZED: [f64; 2] = [0.3, 0.5];
 
 /// A figure in words.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Figure {
     /// The stage whose result it is of.
     #[serde(skip)]

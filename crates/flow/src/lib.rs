@@ -55,8 +55,8 @@ pub use session::{Freshness, Lane, Observer, Request, Session, Start, Unwatched}
 pub use shared::*;
 pub use spec::{Case, CaseError, Spec};
 pub use status::{
-    Denial, advice, advice_of, case_name, denial, run_told, stopped_at_once, verdict_lines,
-    write_status, write_text,
+    Denial, advice, advice_of, case_name, check_text, denial, is_status, run_told, stopped_at_once,
+    verdict_lines, write_status, write_text,
 };
 pub use supine_report::palette;
 pub use supine_report::{

@@ -105,6 +105,27 @@ pub fn write_status(status: &RunStatus, path: &Path) -> Result<(), Error> {
     write_text(path, &status.text())
 }
 
+/// That a text may be written there: no file is replaced that is not such a text itself.
+///
+/// # Errors
+/// [`Error::Refused`] when something else is there.
+pub fn check_text(option: &str, path: &Path, is_such: impl Fn(&str) -> bool) -> Result<(), Error> {
+    let is_file = std::fs::metadata(path).is_ok_and(|there| there.is_file() && there.len() > 0);
+    if !is_file || std::fs::read_to_string(path).is_ok_and(|text| is_such(&text)) {
+        return Ok(());
+    }
+    let message =
+        format!("{option} {} is there already and is none: name another file", path.display());
+    Err(Error::Refused { kind: Failure::Usage, message })
+}
+
+/// Whether a text is a status.
+pub fn is_status(text: &str) -> bool {
+    let read: Option<serde_json::Value> = serde_json::from_str(text).ok();
+    let schema = read.as_ref().and_then(|all| all["schema"].as_str());
+    schema.is_some_and(|schema| schema.starts_with("supine-status/"))
+}
+
 /// Writes a text: a file is replaced as a whole, through links; what is no file, such as a pipe or
 /// a device, takes it as a stream and stays what it is. A folder that is missing is made.
 ///

@@ -1,11 +1,12 @@
 //! Whose CT it is.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
 /// Whose CT it is: for the eyes of those who treat her, not for logs and summaries, hence no
 /// content in its `Debug`. What is not known is empty.
-#[derive(Serialize, Clone, Default, PartialEq, Eq)]
+#[derive(Serialize, JsonSchema, Clone, Default, PartialEq, Eq)]
 pub struct PatientIdentity {
     /// Name, family name first.
     pub name: String,

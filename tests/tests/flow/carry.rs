@@ -4,7 +4,7 @@ use crate::shared::{scratch, shared, summary};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use supine_tests::{readers_python, source, supine};
+use supine_tests::{Outcome, readers_python, source, supine, supine_command};
 
 /// Where the tumour was and where it is, LPS, mm.
 fn tumour() -> [[f64; 3]; 2] {
@@ -285,6 +285,23 @@ fn what_cannot_be_carried_is_refused() {
         all.extend([&"--ct" as _, &ct as _, &"--out" as _, &ct as &dyn AsRef<std::ffi::OsStr>]);
         let said = supine(&all);
         assert!(said.code == Some(2) && said.stderr.contains("would be lost"), "{}", said.stderr);
+    }
+    // Another CT's series or fields among the run's results.
+    for (option, place) in
+        [("--out", "ct"), ("--fields", "field"), ("--registration", "registration")]
+    {
+        let (among, elsewhere) = (run.join(place), folder.path().join("series"));
+        let mut command = supine_command();
+        command.arg("warp").arg("--mesh").arg(&mesh).arg("--ct").arg(&ct).arg(option).arg(&among);
+        if option != "--out" {
+            command.arg("--out").arg(&elsewhere);
+        }
+        let said = Outcome::of(&mut command);
+        assert!(
+            said.code == Some(2) && said.stderr.contains("a result of the run"),
+            "{}",
+            said.stderr
+        );
     }
     std::fs::write(&points, "name,x,y,z\nmarker 3,1e30,0,0\n").expect("it is written");
     let said = supine(&[&"carry", run, &points, &"--out", &out]);

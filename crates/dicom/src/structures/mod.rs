@@ -18,8 +18,8 @@ use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
 use supine_space::{Grid, Point, Vector, Warning};
 use supine_volume::{
-    ContourError, Enclosed, Filled, Overlap, Rule, Stray, Volume, enclosed, fill_contours, overlap,
-    stray, undrawn,
+    ContourError, Enclosed, Overlap, Rule, Stray, Volume, enclosed, fill_contours, overlap, stray,
+    undrawn,
 };
 
 /// What is drawn without an inside (Contour Geometric Type, PS3.3 C.8.8.6.3).
@@ -83,6 +83,11 @@ impl Roi {
     /// What its type says, when it is one that matters here.
     pub fn meaning(&self) -> Option<Meaning> {
         (self.interpreted_type == "EXTERNAL").then_some(Meaning::Body)
+    }
+
+    /// That some of what is drawn of it encloses nothing, where it has an inside at all.
+    pub fn partly_open(&self) -> Option<Warning> {
+        enclose_nothing(&self.name, self.lines.len() + self.unknown_contours)
     }
 
     /// What a user must know of how it is drawn: contours of one plane that cross or lie upon each
@@ -218,7 +223,8 @@ impl Structures {
         let (mask, filled) = fill_contours(grid, &roi.contours, roi.rule)
             .map_err(|source| self.contours_of(roi, source))?;
         let mut warnings = self.warnings.clone();
-        warnings.extend(warnings_of(roi, &filled));
+        let nothing = filled.degenerate + roi.lines.len() + roi.unknown_contours;
+        warnings.extend(enclose_nothing(&roi.name, nothing));
         warnings.extend(roi.oddly_drawn());
         if frame_of_reference.is_none() {
             warnings.push(not_compared());
@@ -227,17 +233,11 @@ impl Structures {
     }
 }
 
-fn warnings_of(roi: &Roi, filled: &Filled) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    let name = &roi.name;
-    let nothing = filled.degenerate + roi.lines.len() + roi.unknown_contours;
-    if nothing > 0 {
-        let count = format!("{nothing} contour(s) of the region ");
-        warnings.push(Warning::new("contours-enclose-nothing", count).name(name).text(
-            " enclose nothing (points, open lines, or fewer than three corners) and were left out",
-        ));
-    }
-    warnings
+/// That so many contours of a region enclose nothing.
+fn enclose_nothing(name: &str, contours: usize) -> Option<Warning> {
+    let count = format!("{contours} contour(s) of the region ");
+    let text = " enclose nothing (points, open lines, no known type, or fewer than three corners) and were left out";
+    (contours > 0).then(|| Warning::new("contours-enclose-nothing", count).name(name).text(text))
 }
 
 /// Reads the regions of a structure set.

@@ -152,6 +152,13 @@ fn a_set_of_open_lines_alone_is_refused_by_what_it_holds() {
     let text = open.unwrap().refuse_open().unwrap_err().to_string();
     assert!(text.contains("\"Outline\" is drawn as 2 point(s)"), "{text}");
     assert!(structures().refuse_open().is_ok());
+    // Of a region with an inside as well, what is left out is told.
+    let half = [("CLOSED_PLANAR", square(1, 4.0), ""), ("OPEN_PLANAR", square(2, 4.0), "")];
+    let half = drawn(&[half.as_slice(), &[("", square(0, 4.0), "")]].concat()).unwrap();
+    let told = half.rois()[0].partly_open().unwrap().to_string();
+    assert!(told.starts_with("2 contour(s) of the region") && told.contains("left out"), "{told}");
+    let whole = drawn(&[("CLOSED_PLANAR", square(1, 4.0), "")]).unwrap();
+    assert!(whole.rois()[0].partly_open().is_none());
 }
 
 /// A structure set whose first region has these contours: what they are, corners, offset.

@@ -332,7 +332,7 @@ fn values_that_are_no_hu_are_refused() {
         put_samples(slice, samples.iter().map(|&v| (v as i16 - 1024) as u16).collect());
     }
     let message = refusal(&slices);
-    assert!(message.contains("wrong sign"), "{message}");
+    assert!(message.contains("wrong rescale, sign"), "{message}");
 }
 
 #[test]

@@ -170,7 +170,7 @@ fn problem(given: &Solve, law: &Law, body: &Body) -> Result<(), Error> {
     };
     if !springs.is_empty() && ends(path, &[".feb"]) {
         return Err(usage(
-            "--problem: a .feb file holds no springs between nodes and the case_state; name an .inp file, or add --cut free or \
+            "--problem: a .feb file holds no springs between nodes and the ground; name an .inp file, or add --cut free or \
              --cut fixed",
         ));
     }

@@ -1,5 +1,6 @@
 //! Whose finished result a folder holds.
 
+use super::record::Record;
 use super::{kept_case, names, resolve, summary_of};
 use crate::NodeId;
 use crate::inputs::Inputs;
@@ -20,6 +21,8 @@ pub(crate) struct HeldResult {
     blake3: String,
     /// The series as it was before the patient was taken out.
     series: Option<String>,
+    /// Of a result without a summary: the key of its CT.
+    import: Option<String>,
 }
 
 impl HeldResult {
@@ -43,6 +46,22 @@ impl HeldResult {
             exported: (!nameless).then(|| root.join(names::path_of(NodeId::Export, "series"))),
             blake3: origin.and_then(|ct| ct["blake3"].as_str()).unwrap_or_default().to_owned(),
             series: case.pointer("/source/series_uid").and_then(Json::as_str).map(str::to_owned),
+            import: None,
+        })
+    }
+
+    /// The result in a folder whose summary is missing or cannot be read: that there is an exported
+    /// series, and of which CT, its records tell.
+    pub(crate) fn without_summary(root: &Path) -> Option<Self> {
+        let of = |node: NodeId| Record::read(root, node.name());
+        of(NodeId::Export).filter(|record| !record.files.is_empty())?;
+        Some(Self {
+            ct: None,
+            started: None,
+            exported: None,
+            blake3: String::new(),
+            series: None,
+            import: Some(of(NodeId::Import).map(|record| record.key).unwrap_or_default()),
         })
     }
 
@@ -62,7 +81,12 @@ impl HeldResult {
     /// Whether it is of a CT: one with the same content, or the same series in the same place, of
     /// which slices were added, left out or changed. A volume of another format has no series: its
     /// place tells.
-    pub(crate) fn is_of(&self, ct: &Path, inputs: &Inputs) -> bool {
+    ///
+    /// `key` is that of the CT with what the case says of it: it tells where there is no summary.
+    pub(crate) fn is_of(&self, ct: &Path, inputs: &Inputs, key: Option<&str>) -> bool {
+        if let Some(made_of) = &self.import {
+            return key == Some(made_of);
+        }
         let hash = inputs.file("ct", ct).ok();
         if hash.is_some_and(|found| found.hash() == self.blake3) {
             return true;

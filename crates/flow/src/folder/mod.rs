@@ -49,6 +49,7 @@ impl RunFolder {
         let output = |source| Error::Output { path: root.into(), source };
         let records = root.join(names::RECORDS);
         if !records.exists() {
+            refuse_within(root)?;
             refuse_foreign(root)?;
         }
         fs::create_dir_all(&records).map_err(output)?;
@@ -242,11 +243,25 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     Some(found.to_path_buf())
 }
 
-/// Whether a file is one that the run in whose folder it lies has made.
+/// Refuses a folder among what another run has made: two patients would share a series.
+fn refuse_within(root: &Path) -> Result<(), Error> {
+    if !is_result(root) {
+        return Ok(());
+    }
+    let message =
+        format!("{} lies among the results of another run: name another --out", root.display());
+    Err(Error::Refused { kind: supine_space::Failure::Usage, message })
+}
+
+/// Whether a file or folder is one that the run in whose folder it lies has made, or holds some.
 pub(crate) fn is_result(file: &Path) -> bool {
     let within = run_around(file).and_then(|run| Some(file.strip_prefix(run).ok()?.to_owned()));
     let shown = names::ARTIFACTS.iter().filter(|(_, _, path)| !path.starts_with('.'));
-    within.is_some_and(|file| shown.into_iter().any(|(_, _, path)| file.starts_with(path)))
+    let within = within.filter(|file| !file.as_os_str().is_empty());
+    within.is_some_and(|file| {
+        let is_part = |path: &Path| file.starts_with(path) || path.starts_with(&file);
+        shown.into_iter().any(|(_, _, path)| is_part(Path::new(path)))
+    })
 }
 
 /// The runs whose folders lie in a folder, however deep.

@@ -215,11 +215,13 @@ impl Session {
     /// The finished result of another case that a folder holds, also one that a run which failed
     /// has set aside; nothing is changed.
     pub(crate) fn other_result(&self, root: &Path) -> Option<HeldResult> {
-        let held = HeldResult::of(root).or_else(|| HeldResult::set_aside(root))?;
+        let held = HeldResult::of(root).or_else(|| HeldResult::set_aside(root));
+        let held = held.or_else(|| HeldResult::without_summary(root))?;
         let case_state = self.case_state();
         let ct = case_state.case.ct.as_ref().map(|ct| case_state.path(ct));
         // A CT that was given in memory has no place, and no result of it is kept in a folder.
-        let other = ct.is_some_and(|ct| !held.is_of(&ct, &case_state.inputs));
+        let key = self.key(NodeId::Import);
+        let other = ct.is_some_and(|ct| !held.is_of(&ct, &case_state.inputs, key.as_deref()));
         other.then_some(held)
     }
 

@@ -6,7 +6,7 @@ use crate::nearest::nearest;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use supine_dicom::{Roi, Source, Structures, read_structures};
+use supine_dicom::{Source, Structures, read_structures};
 use supine_space::{Sphere, Warning};
 
 /// Names of regions told in one message.
@@ -50,7 +50,8 @@ impl TumourCache {
                 file.check_unchanged()?;
                 let found = drawn(&structures, name)?;
                 let of_it = structures.rois().iter().filter(|roi| roi.name == name);
-                let odd = of_it.flat_map(Roi::oddly_drawn);
+                let odd =
+                    of_it.flat_map(|roi| roi.partly_open().into_iter().chain(roi.oddly_drawn()));
                 let odd = structures.warnings().iter().cloned().chain(odd).collect();
                 known.entry(key).or_insert((found, odd)).clone()
             }

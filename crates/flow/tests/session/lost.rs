@@ -90,6 +90,25 @@ fn a_finished_result_stays_when_another_case_is_run_into_its_folder() {
 }
 
 #[test]
+fn a_result_without_its_summary_stays_too() {
+    let done = Done::new();
+    another_ct(&done);
+    let other = done.case.replace("ct = \"ct\"", "ct = \"other\"");
+    assert!(other != done.case, "{other}");
+    fs::remove_file(done.out().join("summary.json")).unwrap();
+    let before = read_all(&done.out().join("ct"));
+    let said = done.run(&other).unwrap_err();
+    assert!(said.contains("the finished result of another CT"), "{said}");
+    assert_eq!(read_all(&done.out().join("ct")), before);
+    done.run(&done.case).unwrap();
+    assert!(done.out().join("summary.json").exists(), "its own case makes it whole");
+    // Nor does another run go among its results.
+    let within = run(&other, done.dir.path(), &done.out().join("ct")).map(drop).unwrap_err();
+    assert!(within.contains("lies among the results of another run"), "{within}");
+    assert_eq!(read_all(&done.out().join("ct")), before);
+}
+
+#[test]
 fn a_result_that_may_be_replaced_is_kept_until_another_is_finished() {
     let done = Done::new();
     let before = read_all(&done.out());

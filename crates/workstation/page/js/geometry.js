@@ -4,8 +4,8 @@
 /** @typedef {[number, number, number]} Triple */
 /** @typedef {[number, number]} Pair */
 /** @typedef {{size: Triple, spacing_mm: Triple, origin_mm: Triple, axes: [Triple, Triple, Triple]}} Grid */
-/** @typedef {{axis: number, flip: boolean}} Way */
-/** @typedef {{name: string, normal: number, right: Way, down: Way, letters: string[]}} View */
+/** @typedef {import("../../types/server.d.ts").AxisShown} Way */
+/** @typedef {import("../../types/server.d.ts").ViewShown} View */
 /** @typedef {{width: number, height: number, across: number, along: number}} Plane pixels and mm a pixel */
 /** @typedef {{left: number, top: number, scale: number}} Frame where the plane's corner lies in its pane, and CSS pixels a mm */
 

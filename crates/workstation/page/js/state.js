@@ -4,67 +4,44 @@
 /** @typedef {import("./geometry.js").Pair} Pair */
 /** @typedef {import("./geometry.js").Grid} Grid */
 /** @typedef {import("./geometry.js").View} View */
-/** @typedef {Grid & {id: string, key: string, type: string, simulated?: boolean, fresh?: boolean,
- *   names?: Record<string, string>, body?: [Triple, Triple]|null}} Volume `body`: first and last voxel of the patient */
-/** @typedef {{centre_mm: Triple, radius_mm: number}} Sphere */
+// What the server tells: made from its own types, and held to them by a test.
+/** @typedef {import("../../types/server.d.ts").State} Server */
+/** @typedef {import("../../types/server.d.ts").VolumeShown} Volume */
+/** @typedef {import("../../types/server.d.ts").SphereRecord} Sphere */
+/** @typedef {import("../../types/server.d.ts").LiveShown} Live */
+/** @typedef {import("../../types/server.d.ts").PreviewShown} PreviewTilt */
+/** @typedef {import("../../types/server.d.ts").Problem} Problem */
+/** @typedef {import("../../types/server.d.ts").UnsavedShown} Unsaved */
+/** @typedef {import("../../types/server.d.ts").WarningShown} Warning */
+/** @typedef {import("../../types/server.d.ts").FigureShown} Figure */
+/** @typedef {import("../../types/server.d.ts").PatchShown} Patch */
+/** @typedef {import("../../types/server.d.ts").Job} Job */
+/** @typedef {import("../../types/server.d.ts").StageShown} Stage */
+/** @typedef {import("../../types/server.d.ts").SeriesShown} Series */
+/** @typedef {import("../../types/server.d.ts").DoseVolumeCurve} Curve */
+/** @typedef {import("../../types/server.d.ts").HistogramShown} Histogram */
+/** @typedef {import("../../types/server.d.ts").PlanShown} Own */
+/** @typedef {import("../../types/server.d.ts").AdjacentShown} Beside */
+/** @typedef {import("../../types/server.d.ts").SurfaceShown} Named */
+/** @typedef {import("../../types/server.d.ts").TumourShown} Way */
+/** @typedef {import("../../types/server.d.ts").CaseShown} Case */
+/** @typedef {import("../../types/server.d.ts").ResultShown} Result */
+/** @typedef {import("../../types/server.d.ts").PreviewShown} Ready */
+/** @typedef {import("../../types/server.d.ts").Navigation} Navigation */
+/** @typedef {import("../../types/server.d.ts").AnswerShown} Answer */
 /** @typedef {Sphere & {what: "tumour"|"region"}} Draft a sphere being dragged, not sent yet */
 /** @typedef {"chest_wall"|"soft_tissue"|"exclude"|"erase"} Tissue */
 /** @typedef {{tissue: Tissue, radius: number, points: Triple[]}} Stroke balls along a line, mm */
 /** @typedef {{n: number, stroke: Stroke, state: "going"|"taken"|"failed"}} Waiting a stroke that the labels do not have yet */
-/** @typedef {{segmenter: "none"|"preparing"|"ready", share: number|null, following: boolean, problem: Problem|null}} Live */
 /** @typedef {{ap: number, lat: number}} Angles of the table */
 /** @typedef {{slice: number, x0: number, y0: number, width: number, height: number, hu: Int16Array}} Patched a piece of a plane */
 /** @typedef {Angles & {moved: number|null, ms: number, planes: Record<string, Patched>, load: Load|null}} Preview the CT as the table
  *   would have it; `load`: with an applicator */
-/** @typedef {{state: "none"|"preparing"|"ready"|"failed", share: number|null, message: string|null}} Ready */
-/** @typedef {Ready & {tetrahedra: number|null, final_mm: number|null}} PreviewTilt */
 /** @typedef {{centre: Triple, axis: Triple, radius: number, shaft: number, contact: "tied"|"frictionless", shift: Triple, turn: Triple,
  *   inserted: boolean, tracked?: boolean}} Applicator `tracked`: where a tracker had it; put in at `centre`, its shaft along `axis`; since then moved, mm, and turned, radians about its centre */
 /** @typedef {{force: number, moment: number, tumour: Triple|null, away: number|null, gap: number|null}} Load force in N, moment in
  *   N mm, the tumour's place now; how far its centre and its surface are from the applicator's surface, mm */
-/** @typedef {{state: "ok"|"predicted"|"late"|"stale", age_ms: number|null, within_mm: number|null, moved_mm: number|null, from_surface_mm: number|null,
- *   from_axis_mm: number|null, force_n: number|null, solver_error_mm: number|null, tumour: Triple, radius_mm: number,
- *   sphere_radius_mm: number|null, shaft_radius_mm: number|null, rest: Triple|null,
- *   centre: Triple, axis: Triple, stamp: number|null}} Answer of a navigation; `rest`: where the tumour is without the applicator */
-/** @typedef {{phase: "off"|"connecting"|"following"|"gone", address: string|null, answer: Answer|null, rate: number|null, status: string|null,
- *   why: string|null, passed: number, passed_why: string|null}} Navigation */
-/** @typedef {{message: string, advice: string|null}} Problem */
 /** @typedef {{key: string, mine: any, theirs: any}} Conflict */
-/** @typedef {{id: string, name: string, changed: number}} Unsaved a case in no file; `changed`: seconds since 1970 */
-/** @typedef {{id: string, stage: string, code: string, message: string, ticked: boolean, old?: boolean, place_mm: Triple|null}} Warning */
-/** @typedef {{group: string, name: string, text: string, level: "good"|"watch"|"bad"|null, old?: boolean}} Figure */
-/** @typedef {{centre_mm: Triple, area_cm2: number, error_mm: number, name: string}} Patch */
-/** @typedef {{what: string, share: number|null, can_cancel: boolean}} Job */
-/** @typedef {{name: string, state: string, share: number|null, seconds: number|null, found: string|null}} Stage */
-/** @typedef {{id: string, patient: string, known: string, description: string, modality: string, size: number[]|null, spacing_mm: number[]|null,
- *   files: number, usable: boolean, problems: string[], picture: boolean}} Series */
-/** @typedef {{revision: number, version: string, phase: string, problem: Problem|null, command: string,
- *   case: Case|null, patient?: {name: string, id: string, born: string, study: string, series: string}|null,
- *   volumes: Volume[], views: View[], stages: Stage[], job: Job|null, warnings: Warning[], patches: Patch[], patches_old?: boolean, unsaved?: Unsaved[],
- *   unsaved_gone?: number,
- *   inspection: null|{dir: string, name: string, series: Series[], objects?: {kind: string, name: string}[]},
- *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],
- *   nodes?: {id: string, name: string, address: string}[], sent?: {to: string, text: string, ok: boolean}|null,
- *   tumour?: Way|null, result?: Result|null, live?: Live|null, preview_tilt?: PreviewTilt|null,
- *   preview_applicator?: Ready|null, own?: Own|null, beside?: Beside[]}} Server */
-/** @typedef {{volume_ml: number, mean_gy: number, d98_gy: number, d50_gy: number, d2_gy: number, max_gy: number,
- *   shares: number[]}} Curve `shares`: of the volume, 0 to 1, with at least n steps of dose */
-/** @typedef {{region: string, dose: string, step_gy: number, before: Curve, after: Curve|null,
- *   outside: number|null}} Histogram */
-/** @typedef {{fresh: boolean, structures: {name: string, file: string, colour: string|null,
- *   volume_ml: [number, number|null]|null}[],
- *   doses: {file: string, max_gy: [number, number|null], levels_gy: number[]}[], histograms: Histogram[], notes: string[]}} Own
- *   structures and doses before and after; `fresh`: after is of what is given now; `levels_gy`: of isodoses, the highest first */
-/** @typedef {{id: string, kind: "structures"|"dose"|"segmentation", name: string, on: boolean, regions: string[]}} Beside an object
- *   drawn beside the CT; `on`: the case carries it along; `regions`: those that can be a tumour */
-/** @typedef {{part: string, key: string, shape?: "ct"|"deformed"|"both", kind?: "triangles"|"arrows"|"points"}} Named a surface that can be had */
-/** @typedef {{distance_mm: number, length_mm: [number, number]|null, within_mm: number|null, level: number|null,
- *   reason?: string|null}} Way the tumour's */
-/** @typedef {{name: string, saved: boolean, kept?: boolean, astray?: string|null, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
- *   tumour: Sphere|null, region: Sphere|null, side_proposed?: boolean}} Case `side_proposed`: from the tumour's place, by nobody since; `kept`: in
- *   no file, but for the next start; `astray`: why what its file says now is not shown */
-/** @typedef {{name: string, old?: boolean, lacks_ticks?: boolean, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],
- *   verified?: {ok: boolean, text: string}|null, confirm?: string|null}} Result */
 /** @typedef {{key: string, grid: Volume, voxels: Int16Array|Uint8Array, arrived: number}} Held voxels in the page */
 /** @typedef {{key: string, shape: "ct"|"deformed"|"both", kind: "triangles"|"arrows"|"points", points: Float32Array,
  *   triangles: Uint32Array, values: Float32Array}} Surface arrows: two points each; `values`: their lengths, or distances of points, mm */

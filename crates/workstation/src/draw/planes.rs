@@ -5,6 +5,7 @@ use supine_space::{Grid, View};
 
 /// How the grid's own planes are shown in a view.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct ViewShown {
     name: &'static str,
     /// The grid's axis at right angles to the planes.
@@ -17,6 +18,7 @@ pub(crate) struct ViewShown {
 
 /// An axis of the grid along one side of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct AxisShown {
     axis: usize,
     /// Whether the index falls along it.

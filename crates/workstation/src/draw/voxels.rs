@@ -10,6 +10,7 @@ const CHUNK: usize = 1 << 20;
 
 /// A volume whose bytes the page may fetch.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct VolumeShown {
     pub(crate) id: &'static str,
     pub(crate) key: String,

@@ -40,6 +40,8 @@ const COUNTS: usize = 2048;
 
 /// How far following is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(rename = "NavigationPhase"))]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Phase {
     #[default]
@@ -52,6 +54,7 @@ pub(crate) enum Phase {
 
 /// What the page is told.
 #[derive(Clone, Debug, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Navigation {
     phase: Phase,
     address: Option<String>,

@@ -26,6 +26,7 @@ pub(crate) const STALE: &str = "stale";
 
 /// Where applicator and tumour are. Places and directions LPS, lengths mm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct AnswerShown {
     /// `ok`, `predicted` or `stale`.
     pub(crate) state: &'static str,

@@ -17,6 +17,7 @@ pub(crate) struct AdjacentObject {
 
 /// It as the page shows it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct AdjacentShown {
     id: String,
     /// `structures`, `dose` or `segmentation`.
@@ -42,6 +43,7 @@ impl AdjacentObject {
 
 /// All of them.
 #[derive(Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Adjacent {
     #[serde(skip)]
     objects: Vec<AdjacentObject>,

@@ -5,6 +5,7 @@ use supine_dicom_network::Node;
 
 /// Archives, as the page is told.
 #[derive(Debug, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Archives {
     /// Those that were named at the start.
     nodes: Vec<NodeShown>,
@@ -12,6 +13,7 @@ pub(crate) struct Archives {
 }
 
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct NodeShown {
     id: String,
     name: String,
@@ -21,6 +23,7 @@ struct NodeShown {
 
 /// What became of what was sent.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct SentShown {
     pub(crate) to: String,
     pub(crate) text: String,

@@ -16,6 +16,7 @@ const OF_A_REGION: [&str; 2] = ["tumour.structure", "tumour.file"];
 
 /// How far the opening is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Phase {
     #[default]
@@ -42,6 +43,7 @@ pub(super) enum OnDisk {
 
 /// What the page is told of it.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct CaseShown {
     name: String,
     /// Whether a file holds what is shown.
@@ -64,6 +66,7 @@ struct CaseShown {
 
 /// The case that is open; nothing before its CT was read.
 #[derive(Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct OpenCase {
     #[serde(skip)]
     session: Option<Arc<Session>>,

@@ -25,6 +25,7 @@ const DOSES: [&str; 2] = ["dose", "dose-deformed"];
 
 /// What the page is told.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct DisplayShown<'a> {
     volumes: Vec<&'a VolumeShown>,
     views: &'a [ViewShown],
@@ -35,6 +36,7 @@ pub(crate) struct DisplayShown<'a> {
 
 /// A surface whose bytes the page may fetch.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct SurfaceShown<'a> {
     part: &'static str,
     key: &'a str,
@@ -46,6 +48,7 @@ struct SurfaceShown<'a> {
 
 /// A volume whose planes have lines.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct LinesShown<'a> {
     volume: &'static str,
     key: &'a str,

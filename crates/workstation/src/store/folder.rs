@@ -10,6 +10,7 @@ use supine_flow::commands::dicom::{Inspection, PlanObject, PlanObjectKind};
 
 /// What a folder of DICOM holds.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct InspectionShown {
     dir: String,
     name: String,
@@ -20,6 +21,7 @@ struct InspectionShown {
 
 /// An object that is no CT.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct ObjectShown {
     kind: &'static str,
     name: String,
@@ -27,6 +29,7 @@ struct ObjectShown {
 
 /// A series of it.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct SeriesShown {
     id: String,
     /// The patient's name.
@@ -49,6 +52,7 @@ pub(crate) type Series = (PathBuf, String);
 
 /// What was found.
 #[derive(Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Folder {
     /// Of all folders that were looked through: their numbers hold until the end.
     #[serde(skip)]

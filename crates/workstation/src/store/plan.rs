@@ -11,6 +11,7 @@ const STEPS: [f64; 5] = [1.0, 2.0, 2.5, 4.0, 5.0];
 
 /// The patient's own structures and doses.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct PlanShown {
     /// Whether what was carried is of what is given now.
     fresh: bool,
@@ -23,6 +24,7 @@ struct PlanShown {
 
 /// A region.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct StructureShown {
     name: String,
     file: String,
@@ -34,6 +36,7 @@ struct StructureShown {
 
 /// A dose.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct DoseShown {
     file: String,
     /// Before and after.
@@ -44,6 +47,7 @@ struct DoseShown {
 
 /// The dose in a structure.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct HistogramShown {
     #[serde(flatten)]
     of: supine_flow::DoseVolumeHistogram,
@@ -59,6 +63,7 @@ impl HistogramShown {
 
 /// Those that the session holds.
 #[derive(Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Plan {
     #[serde(skip)]
     objects: Option<OwnObjects>,

@@ -9,6 +9,7 @@ use supine_space::Point;
 
 /// What keeps up with the brush.
 #[derive(Debug, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct LiveShown {
     /// `none`, `preparing` or `ready`: whether labels can follow a brush.
     segmenter: Readiness,
@@ -22,6 +23,7 @@ struct LiveShown {
 
 /// A live picture of the table.
 #[derive(Debug, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct PreviewShown {
     state: Readiness,
     share: Option<f64>,
@@ -33,6 +35,7 @@ struct PreviewShown {
 
 /// Whether something is ready.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Readiness {
     #[default]
@@ -51,6 +54,7 @@ struct Previewed {
 
 /// All of it.
 #[derive(Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Previews {
     #[serde(skip)]
     previewed: Option<Previewed>,

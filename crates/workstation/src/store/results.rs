@@ -10,6 +10,7 @@ use supine_flow::{NodeId, Session, Summary, UncertainPatch, headline, too_wide};
 
 /// An uncertain place of the chest wall.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct PatchShown {
     centre_mm: [f64; 3],
     area_cm2: f64,
@@ -19,6 +20,7 @@ struct PatchShown {
 
 /// How far the tumour moves, mm, never without how sure that is.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct TumourShown {
     distance_mm: f64,
     /// Interval of that distance, and how far off its place may be; nothing where they could not be
@@ -33,6 +35,7 @@ struct TumourShown {
 
 /// A figure of a stage.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct FigureShown {
     #[serde(flatten)]
     of: supine_flow::Figure,
@@ -41,6 +44,7 @@ struct FigureShown {
 }
 
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct ResultShown {
     /// The folder's name.
     name: String,
@@ -61,6 +65,7 @@ struct ResultShown {
 }
 
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct VerifiedShown {
     ok: bool,
     text: String,
@@ -75,6 +80,7 @@ struct Run {
 
 /// What was found of the case that is open.
 #[derive(Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Results {
     #[serde(skip)]
     run: Option<Run>,

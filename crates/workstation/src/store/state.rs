@@ -15,6 +15,7 @@ use serde::Serialize;
 
 /// All that the page shows, but the voxels: of each owner what it does not keep to itself.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct State<'a> {
     version: &'static str,
     #[serde(flatten)]
@@ -56,3 +57,7 @@ impl<'a> From<&'a Store> for State<'a> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "state_types.rs"]
+mod types;

@@ -198,6 +198,7 @@ fn prune(dir: &Path) -> usize {
 
 /// A case that was changed before and is in no file.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct UnsavedShown {
     id: String,
     /// The folder of the series or run that it was made from.
@@ -227,6 +228,7 @@ fn offered(dir: &Path, roots: &Roots) -> Vec<UnsavedShown> {
 
 /// The cases that are kept.
 #[derive(Debug, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Unsaved {
     /// Where; without a folder none is.
     #[serde(skip)]

@@ -13,6 +13,7 @@ const LOG: usize = 500;
 
 /// What went wrong.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Problem {
     message: String,
     advice: Option<&'static str>,
@@ -20,6 +21,7 @@ pub(crate) struct Problem {
 
 /// A stage of the flow.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct StageShown {
     name: &'static str,
     /// `none`, `running`, `done`, `stale` or `failed`.
@@ -31,6 +33,7 @@ struct StageShown {
 
 /// What is worked on.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Job {
     what: String,
     share: f64,
@@ -39,6 +42,7 @@ struct Job {
 
 /// What the user must know.
 #[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct WarningShown {
     /// By what the case knows it.
     id: String,
@@ -63,6 +67,7 @@ pub(crate) struct LogLine {
 
 /// One piece of work at a time.
 #[derive(Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct Work {
     /// Set to end it.
     #[serde(skip)]

@@ -5,6 +5,7 @@ mod grid;
 pub use grid::OutputGrid;
 
 use super::{Gather, check_out_file, ends, given_deformation, messages, session, usage};
+use crate::folder::is_result;
 use crate::nodes::{
     Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
     beyond_field,
@@ -151,6 +152,20 @@ fn names_a_kind(path: &Path) -> bool {
 
 /// Refuses what a series, or a file, cannot have.
 fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
+    let folders = [
+        ("--out", Some(&given.out).filter(|_| !file)),
+        ("--fields", given.fields.as_ref()),
+        ("--registration", given.registration.as_ref()),
+    ];
+    let named = folders
+        .iter()
+        .find_map(|(option, folder)| Some((option, (*folder)?)).filter(|(_, f)| is_result(f)));
+    if let Some((option, folder)) = named {
+        return Err(usage(format!(
+            "{option} {} is a result of the run in its folder, which would then be another; name another folder",
+            folder.display()
+        )));
+    }
     if file {
         check_out_file(&given.out, given.spec.files().chain([given.mesh.as_path()]))?;
     } else if names_a_kind(&given.out) && !given.out.is_dir() {
