@@ -93,27 +93,6 @@ fn a_status_or_profile_takes_the_place_of_no_other_file() {
     }
 }
 
-/// The values of a CT in a file that says the wrong byte order.
-#[test]
-fn a_byte_order_that_is_not_that_of_the_values() {
-    let folder = scratch();
-    let [right, wrong] = ["False", "True"].map(|most_significant_first| {
-        let head = format!(
-            "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = {most_significant_first}\n\
-             TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nElementSpacing = 2 2 2\nDimSize = 24 24 24\n\
-             ElementType = MET_SHORT\nElementDataFile = LOCAL\n"
-        );
-        let values = (0..24 * 24 * 24).flat_map(|n| i16::to_le_bytes(if n % 24 < 12 { -1000 } else { 40 }));
-        let path = folder.path().join(format!("{most_significant_first}.mha"));
-        std::fs::write(&path, head.into_bytes().into_iter().chain(values).collect::<Vec<_>>()).unwrap();
-        path
-    });
-    let told = ["cannot be Hounsfield units", "byte order"];
-    assert_run_refused(&Case::small().with_ct(&wrong), folder.path(), INPUT, &told, &[]);
-    let said = supine(&[&"check", &Case::small().with_ct(&right).write(folder.path())]);
-    assert!(!said.stderr.contains("Hounsfield"), "{}", said.stderr);
-}
-
 #[test]
 fn a_missing_slice() {
     let folder = scratch();

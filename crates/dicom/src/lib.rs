@@ -87,7 +87,6 @@ pub use object_file::{
     Identifier, NOT_USABLE, ObjectFile, ObjectFiles, Owner, class_name, file_header,
     implementation, implicit_data_set, is_ct, is_registration, is_uid, object_files, syntax_name,
 };
-pub use plausible::check_hounsfield;
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, read_series};
 pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};

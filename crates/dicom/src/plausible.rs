@@ -24,14 +24,6 @@ const PART: usize = 1 << 15;
 /// Share of the voxels that each must have.
 const SHARE: f64 = 1e-3;
 
-/// That values can be HU of a patient in air, however they were stored.
-///
-/// # Errors
-/// [`Error::NotHounsfield`] when they cannot.
-pub fn check_hounsfield(hu: &[i16]) -> Result<(), Error> {
-    Tally::of(hu).plausible().map(drop)
-}
-
 impl Default for Tally {
     fn default() -> Self {
         Self { low: i16::MAX, high: i16::MIN, voxels: 0, air: 0, soft: 0 }

@@ -68,10 +68,6 @@ impl Node for Import {
         let read = read_ct(&inputs.ct.path, &params, work.progress)?;
         inputs.ct.check_unchanged()?;
         let read = read.not_deformed(&inputs.ct.path)?;
-        if read.dicom.is_none() {
-            // Of a series the reader says it.
-            supine_dicom::check_hounsfield(read.ct.data()).map_err(Error::Ct)?;
-        }
         let field = read.field();
         let CtInput { ct, dicom, warnings, .. } = read;
         let (source, info) = dicom.unzip();
