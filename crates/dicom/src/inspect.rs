@@ -362,11 +362,13 @@ struct SliceSeen {
 
 impl SliceSeen {
     fn of(opened: &Opened, slice: &Slice) -> Result<Self, Error> {
-        let mut hu = opened.hu(slice)?;
+        let mut hu = vec![0; slice.pixels.len()];
+        let (padding, clipped) = opened.measured(slice, 0, &mut hu)?;
+        // Told as the file has it.
+        padding.runs().for_each(|(voxels, value)| hu[voxels].fill(value));
         let tally = Tally::of(&hu);
         let bytes: Vec<u8> = hu.iter().flat_map(|v| v.to_le_bytes()).collect();
         let sha256 = format!("{:x}", Sha256::digest(&bytes));
-        let (padding, clipped) = opened.measured(slice, 0, &mut hu)?;
         let pixels = SlicePixels { file: slice.file.clone(), hu_range: tally.range(), sha256 };
         Ok(Self { pixels, tally, padding, clipped, zeros: opened.told_zeros() })
     }

@@ -105,17 +105,21 @@ pub fn write_status(status: &RunStatus, path: &Path) -> Result<(), Error> {
     write_text(path, &status.text())
 }
 
+/// No status and no trace of a run is larger, bytes.
+const LARGEST: u64 = 1 << 26;
+
 /// That a text may be written there: no file is replaced that is not such a text itself.
 ///
 /// # Errors
 /// [`Error::Refused`] when something else is there.
 pub fn check_text(option: &str, path: &Path, is_such: impl Fn(&str) -> bool) -> Result<(), Error> {
-    let is_file = std::fs::metadata(path).is_ok_and(|there| there.is_file() && there.len() > 0);
-    if !is_file || std::fs::read_to_string(path).is_ok_and(|text| is_such(&text)) {
+    let there = std::fs::metadata(path).ok().filter(|there| there.is_file() && there.len() > 0);
+    let Some(there) = there else { return Ok(()) };
+    if there.len() < LARGEST && std::fs::read_to_string(path).is_ok_and(|text| is_such(&text)) {
         return Ok(());
     }
-    let message =
-        format!("{option} {} is there already and is none: name another file", path.display());
+    let path = path.display();
+    let message = format!("{path} was not written by {option}: name another file for {option}");
     Err(Error::Refused { kind: Failure::Usage, message })
 }
 

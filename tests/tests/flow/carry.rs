@@ -106,6 +106,14 @@ fn a_dose_is_carried_with_its_totals() {
     let facts = carry(&given, &out, &[]);
     assert_eq!(facts["energy_mj"], Value::Null);
     assert!(facts["warnings"][1].as_str().expect("a warning").contains("--ct"), "{facts}");
+    // Far from the patient, as one in metres is.
+    let text = std::fs::read_to_string(&given).expect("the dose");
+    let [near, far] = [-20.0, 9980.0].map(|off| format!("space origin: ({},", centre[0] + off));
+    assert!(text.contains(&near), "{near}");
+    std::fs::write(&given, text.replace(&near, &far)).expect("the dose is written");
+    let facts = carry(&given, &out, &[]);
+    let first = facts["warnings"][0].as_str().expect("a warning");
+    assert!(first.contains("does not reach what was simulated"), "{facts}");
 }
 
 #[test]
@@ -286,6 +294,23 @@ fn what_cannot_be_carried_is_refused() {
         let said = supine(&all);
         assert!(said.code == Some(2) && said.stderr.contains("would be lost"), "{}", said.stderr);
     }
+    // The mesh of another run in this one's folder, or what passes for it.
+    let copy = folder.path().join("copy");
+    for name in ["mesh", "ct"] {
+        std::fs::create_dir_all(copy.join(name)).expect("it is made");
+    }
+    for name in ["summary.json", "mesh/deformed.vtu"] {
+        std::fs::copy(run.join(name), copy.join(name)).expect("it is copied");
+    }
+    let inner = folder.path().join("inner.csv");
+    std::fs::write(&inner, "name,x,y,z\nclip,90,-240,-590\n").expect("it is written");
+    let carried = folder.path().join("carried.csv");
+    let whole = supine(&[&"carry", &copy, &inner, &"--out", &carried]);
+    assert_eq!(whole.code, Some(0), "{}", whole.stderr);
+    std::fs::copy(run.join("mesh/rest.vtu"), copy.join("mesh/deformed.vtu")).expect("it is copied");
+    let said = supine(&[&"carry", &copy, &inner, &"--out", &carried]);
+    let told = said.stderr.contains("is not what the run wrote");
+    assert!(said.code == Some(1) && told, "{}", said.stderr);
     // Another CT's series or fields among the run's results.
     for (option, place) in
         [("--out", "ct"), ("--fields", "field"), ("--registration", "registration")]

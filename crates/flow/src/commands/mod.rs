@@ -72,16 +72,25 @@ fn check_out_file<'a>(
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     let found = folder.map_or(Ok(()), |folder| std::fs::read_dir(folder).map(drop));
     found.map_err(|source| Error::Output { path: file.into(), source })?;
-    let refused =
-        |why: &str| Err(usage(format!("--out {} {why}; name another file", file.display())));
     let Ok(there) = file.canonicalize() else { return Ok(()) };
     if inputs.into_iter().any(|input| input.canonicalize().is_ok_and(|input| input == there)) {
-        return refused("is what is read, and would be lost");
+        let file = file.display();
+        return Err(usage(format!(
+            "--out {file} is what is read, and would be lost; name another file"
+        )));
     }
-    match crate::folder::is_result(&there) {
-        true => refused("is a result of the run in its folder, which would then be another"),
-        false => Ok(()),
+    refuse_result("--out", &there)
+}
+
+/// Refuses to write where a run has left a result.
+fn refuse_result(option: &str, place: &Path) -> Result<(), Error> {
+    if !crate::folder::is_result(place) {
+        return Ok(());
     }
+    Err(usage(format!(
+        "{option} {} is a result of the run in its folder, which would then be another; name another place",
+        place.display()
+    )))
 }
 
 /// Endings of files that hold a volume.

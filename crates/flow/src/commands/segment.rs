@@ -123,8 +123,9 @@ pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, 
         if let (Some(path), Some(tenths)) = (&given.uncertainty, &uncertainty) {
             write_tenths(tenths, path, Progress::none()).map_err(Error::product)?;
         }
-        if let (Some(folder), Some(surfaces)) = (&given.surfaces, &segmented.surfaces) {
-            write_surfaces(&*surfaces.get(progress)?, folder, Progress::none())?;
+        let surfaces = given.surfaces.as_ref().map(|_| segmented.surfaces(progress)).transpose()?;
+        if let (Some(folder), Some(surfaces)) = (&given.surfaces, surfaces.flatten()) {
+            write_surfaces(&surfaces, folder, Progress::none())?;
         }
         Ok(())
     })?;

@@ -12,16 +12,8 @@ pub(crate) fn changed_since(run: &Path, summary: &serde_json::Value) -> Option<S
         .iter()
         .filter_map(|output| Some((output["path"].as_str()?, output["blake3"].as_str()?)))
         .collect();
-    for (path, hash) in &outputs {
-        match hash_of(&run.join(path)) {
-            Ok(found) if found.blake3 == *hash => {}
-            Ok(_) => {
-                return Some(format!("{path} is not what the run wrote: it was changed since"));
-            }
-            Err(error) => {
-                return Some(format!("{path}, which the run wrote, cannot be read: {error}"));
-            }
-        }
+    if let Some(told) = outputs.iter().find_map(|(path, hash)| is_changed(run, path, hash)) {
+        return Some(told);
     }
     if let Some(told) = told_verdict(run).filter(|told| *told != summary["verdict"]) {
         let colour = told["colour"].as_str().unwrap_or("another");
@@ -33,6 +25,21 @@ pub(crate) fn changed_since(run: &Path, summary: &serde_json::Value) -> Option<S
         foreign.into_iter().find(|path| !known(path) && supine_dicom::has_marker(path))?;
     let shown = foreign.strip_prefix(run).unwrap_or(&foreign).display().to_string();
     Some(format!("{shown} lies in its folder and was not written by the run: move it away"))
+}
+
+/// What one file of a finished run is, if not what the run left.
+pub(super) fn changed_file(run: &Path, summary: &serde_json::Value, path: &str) -> Option<String> {
+    let mut outputs = summary["outputs"].as_array()?.iter();
+    let own = outputs.find(|output| output["path"] == path)?;
+    is_changed(run, path, own["blake3"].as_str()?)
+}
+
+fn is_changed(run: &Path, path: &str, hash: &str) -> Option<String> {
+    match hash_of(&run.join(path)) {
+        Ok(found) if found.blake3 == hash => None,
+        Ok(_) => Some(format!("{path} is not what the run wrote: it was changed since")),
+        Err(error) => Some(format!("{path}, which the run wrote, cannot be read: {error}")),
+    }
 }
 
 /// The verdict as the run recorded it beside its summary; none in a copy that lost its records.

@@ -371,6 +371,12 @@ impl FinishedRun {
         self.path(NodeId::Solve, "deformed")
     }
 
+    /// Why that mesh is not the one that the run left, as far as a summary tells.
+    pub(crate) fn changed_mesh(&self) -> Option<String> {
+        let path = names::path_of(NodeId::Solve, "deformed");
+        changed::changed_file(&self.root, &summary_of(&self.root)?, path)
+    }
+
     /// The labels.
     pub(crate) fn labels(&self) -> PathBuf {
         self.path(NodeId::Segment, "labels")

@@ -183,7 +183,7 @@ impl Segmented {
         sphere: Sphere,
         progress: Progress<'_>,
     ) -> Result<supine_volume::Region, Error> {
-        let surfaces = self.surfaces.as_ref().map(|all| all.get(progress)).transpose()?;
+        let surfaces = self.surfaces(progress)?;
         Ok(supine_volume::Region::new(Arc::clone(&self.labels), sphere)?.with_surfaces(surfaces)?)
     }
 }

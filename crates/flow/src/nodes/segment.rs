@@ -36,10 +36,10 @@ pub(crate) struct NodeInputs {
 #[derive(Debug)]
 pub(crate) struct Segmented {
     pub(crate) labels: Arc<LabelMap>,
-    /// Skin and chest wall between the voxels; none of supplied labels.
-    pub(crate) surfaces: Option<Lazy<Surfaces>>,
-    /// The same of supplied labels, half way between the voxels.
-    half_way: Lazy<Surfaces>,
+    /// Skin and chest wall as every picture draws them.
+    drawn: Lazy<Surfaces>,
+    /// Whether those are known between the voxels; of supplied labels they lie half way.
+    is_between: bool,
     /// How far the boundary of the chest wall may be wrong, tenths of mm; none of supplied labels.
     uncertainty: Option<Lazy<Volume<u8>>>,
     /// The implants that were found, if any.
@@ -57,8 +57,8 @@ impl Segmented {
             checks: vec![],
             inputs: vec![],
         };
-        let half_way = half_way(&labels);
-        Self { labels, surfaces, half_way, uncertainty: None, implants: None, facts }
+        let (drawn, is_between) = drawn(&labels, surfaces);
+        Self { labels, drawn, is_between, uncertainty: None, implants: None, facts }
     }
 
     /// Skin and chest wall as every picture draws them: between the voxels where that is known,
@@ -67,12 +67,20 @@ impl Segmented {
     /// # Errors
     /// When they cannot be made or read, or the callback asked to stop.
     pub(crate) fn drawn(&self, progress: Progress<'_>) -> Result<Arc<Surfaces>, Error> {
-        self.surfaces.as_ref().unwrap_or(&self.half_way).get(progress)
+        self.drawn.get(progress)
     }
 
     /// The same if they are in memory.
     pub(crate) fn peek_drawn(&self) -> Option<Arc<Surfaces>> {
-        self.surfaces.as_ref().unwrap_or(&self.half_way).peek().cloned()
+        self.drawn.peek().cloned()
+    }
+
+    /// Skin and chest wall between the voxels; none of supplied labels.
+    ///
+    /// # Errors
+    /// As [`Self::drawn`].
+    pub(crate) fn surfaces(&self, progress: Progress<'_>) -> Result<Option<Arc<Surfaces>>, Error> {
+        self.is_between.then(|| self.drawn(progress)).transpose()
     }
 
     /// The same if it is in memory.
@@ -92,9 +100,11 @@ impl Segmented {
     }
 }
 
-fn half_way(labels: &Arc<LabelMap>) -> Lazy<Surfaces> {
-    let labels = Arc::clone(labels);
-    Lazy::made(move |_| Ok(Surfaces::half_way(&labels)))
+/// What is drawn of labels, and whether it is known between the voxels.
+fn drawn(labels: &Arc<LabelMap>, between: Option<Lazy<Surfaces>>) -> (Lazy<Surfaces>, bool) {
+    let (labels, is_between) = (Arc::clone(labels), between.is_some());
+    let half_way = move || Lazy::made(move |_| Ok(Surfaces::half_way(&labels)));
+    (between.unwrap_or_else(half_way), is_between)
 }
 
 /// What is known of the segmentation beside the labels.
@@ -151,8 +161,8 @@ impl Node for Segment {
     fn save(out: &Segmented, work: &Work<'_>) -> Result<(), Error> {
         let progress = Progress::none();
         write_labels(&out.labels, &work.place("labels")?, progress).map_err(Error::product)?;
-        if let Some(surfaces) = &out.surfaces {
-            write_surfaces(&*surfaces.get(progress)?, &work.place("surfaces")?, progress)?;
+        if let Some(surfaces) = out.surfaces(progress)? {
+            write_surfaces(&surfaces, &work.place("surfaces")?, progress)?;
         }
         if let Some(uncertainty) = out.uncertainty(progress)? {
             write_tenths(&uncertainty, &work.place("uncertainty")?, progress)
@@ -188,8 +198,8 @@ impl Node for Segment {
         let implants = there("implants").map(|path| {
             Lazy::made(move |progress| read_labels(&path, progress).map_err(Error::product))
         });
-        let half_way = half_way(&labels);
-        Ok(Segmented { labels, surfaces, half_way, uncertainty, implants, facts })
+        let (drawn, is_between) = drawn(&labels, surfaces);
+        Ok(Segmented { labels, drawn, is_between, uncertainty, implants, facts })
     }
 
     fn bytes(out: &Segmented) -> usize {
@@ -285,9 +295,9 @@ fn found(inputs: &NodeInputs, ready: &Prepared, work: &Work<'_>) -> Result<Segme
         uncertainty.get(progress.part(0.9, 1.0))?;
     }
     Ok(Segmented {
-        half_way: half_way(&labels),
         labels,
-        surfaces: Some(surfaces),
+        drawn: surfaces,
+        is_between: true,
         uncertainty: Some(uncertainty),
         implants: segmenter.implants().map(Lazy::held),
         facts,

@@ -18,8 +18,8 @@ pub(crate) fn skin_distance(
     segmented: &Segmented,
     progress: Progress<'_>,
 ) -> Result<Arc<SignedDistance>, Error> {
-    if let Some(surfaces) = &segmented.surfaces {
-        return Ok(Arc::new(surfaces.get(progress)?.skin.clone()));
+    if let Some(surfaces) = segmented.surfaces(progress)? {
+        return Ok(Arc::new(surfaces.skin.clone()));
     }
     let (labels, ct) = (&segmented.labels, &input.ct);
     let inside = |n: usize| labels.data()[n] != label::OUTSIDE;

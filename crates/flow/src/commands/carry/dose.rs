@@ -21,6 +21,7 @@ impl Job<'_> {
                  name a .nrrd, .nii.gz or .mha file",
             ));
         }
+        self.warn_beside(given.grid());
         let ct = self.ct()?;
         let (moved, totals) = self.gather.work(NodeId::Carry, |progress| {
             carry_with_totals(given, ct.as_ref().map(|ct| &ct.ct), &self.deformation, progress)

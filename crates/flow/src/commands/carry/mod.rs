@@ -25,7 +25,7 @@ use supine_exchange::{
     write_points, write_surface,
 };
 use supine_mesh::{Deformation, TriSurface};
-use supine_space::{Grid, Warning};
+use supine_space::{Grid, Point, Warning};
 use supine_warp::{Params, carry_points, carry_surface};
 
 /// Keys of the table that it takes: for the CT before deformation.
@@ -128,12 +128,15 @@ fn check_out(given: &Carry) -> Result<(), Error> {
 /// A closed surface smaller than this is none of a patient in mm, mm from corner to corner.
 const LEAST_SURFACE_MM: f64 = 2.0;
 
+/// The corners of the box around points, lowest and highest, if there are any.
+fn bounds(mut points: impl Iterator<Item = Point>) -> Option<[Point; 2]> {
+    let first = points.next()?;
+    Some(points.fold([first; 2], |[low, high], p| [low.inf(&p), high.sup(&p)]))
+}
+
 /// That a surface is as small as one in metres read as mm.
 fn in_metres(surface: &TriSurface, path: &Path) -> Option<Warning> {
-    let points = surface.points();
-    let first = points.first()?;
-    let (low, high) =
-        points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+    let [low, high] = bounds(surface.points().iter().copied())?;
     let size = (high - low).norm();
     let told = || {
         let text = format!(" is only {size:.2} mm large: is it in metres? give it in mm");
@@ -168,6 +171,10 @@ impl<'a> Job<'a> {
     fn new(given: &'a Carry, gather: &'a Gather<'a>) -> Result<Self, Error> {
         let case = given.spec.case()?;
         let run = given.from.is_dir().then(|| FinishedRun::open(&given.from)).transpose()?;
+        if let Some(why) = run.as_ref().and_then(FinishedRun::changed_mesh) {
+            let run = given.from.display();
+            return Err(super::input(format!("{run}: {why}; run its case again")));
+        }
         let mesh = run.as_ref().map_or_else(|| given.from.clone(), FinishedRun::deformed);
         let deformation = given_deformation(&mesh)?;
         let (reading, ct_path) = (case.read_params(), case.ct);
@@ -181,6 +188,23 @@ impl<'a> Job<'a> {
 
     fn out(&self) -> &'a Path {
         &self.given.out
+    }
+
+    /// Says that a volume does not reach what was simulated: it is of another patient, in another
+    /// unit, or mirrored.
+    fn warn_beside(&self, grid: &Grid) {
+        let last = grid.size().map(|n| n - 1);
+        let end = |n: usize, a: usize| if n >> a & 1 == 1 { last[a] } else { 0 };
+        let corners = (0..8).map(|n| grid.centre([0, 1, 2].map(|a| end(n, a))));
+        let of_mesh = self.deformation.mesh().points().iter().copied();
+        let (Some(volume), Some(mesh)) = (bounds(corners), bounds(of_mesh)) else { return };
+        let apart = |a: usize| volume[1][a] < mesh[0][a] || volume[0][a] > mesh[1][a];
+        if (0..3).any(apart) {
+            let text = " does not reach what was simulated: nothing of it moves; is it of this patient, in mm, and are its axes right?";
+            let name = self.given.what.display().to_string();
+            self.gather
+                .warn_all(NodeId::Carry, [Warning::new("volume-beside", "").name(name).text(text)]);
+        }
     }
 
     /// Whether the result is to be a DICOM object.

@@ -29,6 +29,7 @@ impl Job<'_> {
     /// Label maps, on their own voxels or on those of the CT.
     pub(super) fn labels(&self, given: &LabelLayers) -> Result<CarryDone, Error> {
         let own = given.grid().ok_or_else(|| input("the file holds no label map"))?;
+        self.warn_beside(own);
         let grid = if self.given.ct_grid { self.grid(self.ct()?.as_ref())? } else { own.clone() };
         let params = Params::default();
         // A voxel of the label map reaches so far beyond the faces of the mesh.

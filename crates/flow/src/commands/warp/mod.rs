@@ -4,8 +4,9 @@ mod grid;
 
 pub use grid::OutputGrid;
 
-use super::{Gather, check_out_file, ends, given_deformation, messages, session, usage};
-use crate::folder::is_result;
+use super::{
+    Gather, check_out_file, ends, given_deformation, messages, refuse_result, session, usage,
+};
 use crate::nodes::{
     Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
     beyond_field,
@@ -157,14 +158,8 @@ fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
         ("--fields", given.fields.as_ref()),
         ("--registration", given.registration.as_ref()),
     ];
-    let named = folders
-        .iter()
-        .find_map(|(option, folder)| Some((option, (*folder)?)).filter(|(_, f)| is_result(f)));
-    if let Some((option, folder)) = named {
-        return Err(usage(format!(
-            "{option} {} is a result of the run in its folder, which would then be another; name another folder",
-            folder.display()
-        )));
+    for (option, folder) in folders {
+        folder.map_or(Ok(()), |folder| refuse_result(option, folder))?;
     }
     if file {
         check_out_file(&given.out, given.spec.files().chain([given.mesh.as_path()]))?;
