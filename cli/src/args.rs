@@ -335,6 +335,8 @@ pub(crate) struct Segment {
     /// Labels (.seg.nrrd, .nrrd, .nii.gz, .mha; .dcm: a DICOM segmentation of a DICOM CT)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) over: Over,
     /// How far the boundary of the chest wall may be wrong, tenths of mm (.nrrd)
     #[arg(long, value_name = "FILE")]
     pub(crate) uncertainty: Option<PathBuf>,
@@ -367,6 +369,8 @@ pub(crate) struct Mesh {
     /// The mesh (.vtu, .msh; .feb, .inp: with the default tissue, under its weight)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) over: Over,
     /// A page on the mesh's quality with its pictures, in this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) report: Option<PathBuf>,
@@ -384,6 +388,8 @@ pub(crate) struct Coarsen {
     /// The coarse mesh (.vtu, .msh, .feb, .inp)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) over: Over,
     /// A page on the mesh's quality with its pictures, in this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) report: Option<PathBuf>,
@@ -413,6 +419,8 @@ pub(crate) struct Solve {
     /// `displacement_low_modulus` and `displacement_high_modulus`
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) over: Over,
 }
 
 #[derive(Args, Debug)]
@@ -444,6 +452,8 @@ pub(crate) struct Warp {
     /// A folder for a DICOM series, or a .nrrd, .nii, .nii.gz or .mha file
     #[arg(long, value_name = "DIR|FILE")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) over: Over,
 }
 
 #[derive(Args, Debug)]
@@ -468,6 +478,8 @@ pub(crate) struct Carry {
     /// same kind of DICOM object, of the run's series
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) over: Over,
     /// The voxels in which labels come out
     #[arg(long, value_enum, default_value = "own")]
     pub(crate) grid: CarryGrid,
@@ -479,6 +491,13 @@ pub(crate) struct Carry {
     pub(crate) frame: Frame,
     #[command(flatten)]
     pub(crate) given: Given<CarryKeys>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Over {
+    /// Replace files that are there already; without, that is refused
+    #[arg(long)]
+    pub(crate) overwrite: bool,
 }
 
 #[derive(Args, Debug)]

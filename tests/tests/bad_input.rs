@@ -306,6 +306,40 @@ fn files_of_the_single_stages() {
 }
 
 #[test]
+fn a_file_that_is_there_is_replaced_only_when_told_to() {
+    let folder = scratch();
+    let file = |name: &str| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, "mine").unwrap();
+        file
+    };
+    let [mesh, csv, nrrd] = ["m.vtu", "p.csv", "v.nrrd"].map(file);
+    let fields = folder.path().join("fields");
+    std::fs::create_dir(&fields).unwrap();
+    let jacobian = file("fields/jacobian.nrrd");
+    let [ct, given] = ["ct", "given.vtu"].map(|name| folder.path().join(name));
+    let refused: [&[&dyn AsRef<std::ffi::OsStr>]; 7] = [
+        &[&"segment", &"--ct", &ct, &"--out", &nrrd],
+        &[&"segment", &"--ct", &ct, &"--out", &"l.nrrd", &"--uncertainty", &nrrd],
+        &[&"coarsen", &given, &"--tetrahedra", &"10", &"--out", &mesh],
+        &[&"solve", &"--mesh", &given, &"--sitting", &"--out", &mesh],
+        &[&"warp", &"--ct", &ct, &"--mesh", &given, &"--out", &nrrd],
+        &[&"warp", &"--ct", &ct, &"--mesh", &given, &"--out", &"w.nrrd", &"--fields", &fields],
+        &[&"carry", &given, &"points.csv", &"--out", &csv],
+    ];
+    for words in refused {
+        let said = supine(words);
+        assert_refused(&said, USAGE, &["is there already", "--overwrite"]);
+    }
+    for file in [&mesh, &csv, &nrrd, &jacobian] {
+        assert_eq!(std::fs::read(file).unwrap(), b"mine", "{}", file.display());
+    }
+    // Told to, it goes on to what is missing.
+    let said = supine(&[&"carry", &given, &"points.csv", &"--out", &csv, &"--overwrite"]);
+    assert_refused(&said, INPUT, &["given.vtu"]);
+}
+
+#[test]
 fn wrong_usage() {
     let folder = scratch();
     let case = Case::small().write(folder.path());

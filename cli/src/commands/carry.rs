@@ -26,6 +26,7 @@ pub(crate) fn carry(args: args::Carry, screen: &Screen) -> Result<End, Failure> 
             kind: args.kind.map(Into::into),
             frame: args.frame.into(),
             out: args.out.clone(),
+            overwrite: args.over.overwrite,
         },
         screen,
     )?;

@@ -65,9 +65,11 @@ fn plan(done: &check::CheckDone) -> String {
 }
 
 pub(crate) fn segment(args: args::Segment, screen: &Screen) -> Result<End, Failure> {
-    let args::Segment { given, case, out, uncertainty, surfaces } = args;
+    let args::Segment { given, case, out, over, uncertainty, surfaces } = args;
     let start = Some(start()?);
-    let given = segment::Segment { spec: given.spec, case, out, uncertainty, surfaces, start };
+    let overwrite = over.overwrite;
+    let spec = given.spec;
+    let given = segment::Segment { spec, case, out, uncertainty, surfaces, start, overwrite };
     let done = segment::segment(&given, screen)?;
     let text = format!(
         "{}: soft tissue {:.0} ml, chest wall {:.0} ml in the whole CT",
@@ -80,7 +82,7 @@ pub(crate) fn segment(args: args::Segment, screen: &Screen) -> Result<End, Failu
 }
 
 pub(crate) fn mesh(args: args::Mesh, screen: &Screen) -> Result<End, Failure> {
-    let args::Mesh { labels, surfaces, skin, chest_wall, frame, given, out, report } = args;
+    let args::Mesh { labels, surfaces, skin, chest_wall, frame, given, out, over, report } = args;
     let source = match (labels, skin, chest_wall) {
         (Some(file), ..) => MeshSource::Labels { file, surfaces },
         (None, Some(skin), Some(chest_wall)) => {
@@ -91,14 +93,16 @@ pub(crate) fn mesh(args: args::Mesh, screen: &Screen) -> Result<End, Failure> {
             return Err(Failure::new(Kind::Usage, message));
         }
     };
-    let done = mesh::mesh(&mesh::Mesh { spec: given.spec, source, out, report }, screen)?;
+    let (spec, overwrite) = (given.spec, over.overwrite);
+    let done = mesh::mesh(&mesh::Mesh { spec, source, out, report, overwrite }, screen)?;
     tell_mesh(&done, screen);
     Ok(End::Done)
 }
 
 pub(crate) fn coarsen(args: args::Coarsen, screen: &Screen) -> Result<End, Failure> {
-    let args::Coarsen { from, tetrahedra, out, report } = args;
-    let given = coarsen::Coarsen { from, tetrahedra: tetrahedra.get(), out, report };
+    let args::Coarsen { from, tetrahedra, out, over, report } = args;
+    let (tetrahedra, overwrite) = (tetrahedra.get(), over.overwrite);
+    let given = coarsen::Coarsen { from, tetrahedra, out, report, overwrite };
     tell_mesh(&coarsen::coarsen(&given, screen)?, screen);
     Ok(End::Done)
 }
@@ -118,13 +122,14 @@ fn tell_mesh(done: &MeshDone, screen: &Screen) {
 }
 
 pub(crate) fn solve(args: args::Solve, screen: &Screen) -> Result<End, Failure> {
-    let args::Solve { mesh, sitting, gravity, given, sensitivity, problem, out } = args;
+    let args::Solve { mesh, sitting, gravity, given, sensitivity, problem, out, over } = args;
     let target = match gravity {
         Some(Numbers(direction)) => solve::Target::Direction(direction),
         None if sitting => solve::Target::Sitting,
         None => solve::Target::Table,
     };
-    let given = solve::Solve { spec: given.spec, mesh, target, sensitivity, problem, out };
+    let (spec, overwrite) = (given.spec, over.overwrite);
+    let given = solve::Solve { spec, mesh, target, sensitivity, problem, out, overwrite };
     let done = solve::solve(&given, screen)?;
     let mut text = format!(
         "{}: largest displacement {:.2} mm, {} iterations, det F {:.2} to {:.2}",
@@ -146,7 +151,7 @@ pub(crate) fn solve(args: args::Solve, screen: &Screen) -> Result<End, Failure> 
 }
 
 pub(crate) fn warp(args: args::Warp, screen: &Screen) -> Result<End, Failure> {
-    let args::Warp { given, mesh, spacing, around, axial, fields, registration, out } = args;
+    let args::Warp { given, mesh, spacing, around, axial, fields, registration, out, over } = args;
     let grid = OutputGrid {
         spacing_mm: spacing.map(|s| s.0),
         around_mm: around,
@@ -154,7 +159,8 @@ pub(crate) fn warp(args: args::Warp, screen: &Screen) -> Result<End, Failure> {
     };
     let folder = registration.clone();
     let start = Some(start()?);
-    let given = warp::Warp { spec: given.spec, mesh, grid, fields, registration, out, start };
+    let (spec, overwrite) = (given.spec, over.overwrite);
+    let given = warp::Warp { spec, mesh, grid, fields, registration, out, start, overwrite };
     let done = warp::warp(&given, screen)?;
     let mut text = format!(
         "{}: {} voxels moved, Jacobian {:.2} to {:.2}",

@@ -282,6 +282,7 @@ mod tests {
     fn what_a_site_typed_stays_unless_it_names_somebody() {
         let mut header = jane();
         header.put_text(tags::OPERATORS_NAME, VR::PN, "Roe^Richard");
+        header.put_text(tags::DEVICE_SERIAL_NUMBER, VR::LO, "66123");
         let cleaned = |tag: Tag, text: &str| {
             let mut header = header.clone();
             header.put_text(tag, VR::SH, text);
@@ -301,6 +302,8 @@ mod tests {
             (tags::FILTER_TYPE, "4711"),
             (tags::SOFTWARE_VERSIONS, "as Richard set it"),
             (tags::MANUFACTURER_MODEL_NAME, "CT 19600101"),
+            (tags::SOFTWARE_VERSIONS, "VB42 SN66123"),
+            (tags::SOFTWARE_VERSIONS, "66123"),
             (tags::BODY_PART_EXAMINED, "BREAST DOE"),
             (tags::BODY_PART_EXAMINED, "MRS DOE"),
         ] {

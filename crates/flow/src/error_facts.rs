@@ -41,6 +41,7 @@ impl Error {
                 "tumour-outside-ct"
             }
             Self::TumourPlace(supine_segment::TumourPlaceError::InAir { .. }) => "tumour-in-air",
+            Self::TumourPlace(supine_segment::TumourPlaceError::NoTissue { .. }) => "ct-not-hu",
             Self::TumourPlace(_) => "tumour-on-other-side",
             Self::Tumour(_) => "tumour-outside-region",
             Self::Segment(_) => "segmentation-failed",

@@ -8,6 +8,8 @@ use supine_volume::Ct;
 /// Less than this is air or lung, HU: fat is above -150, and half a voxel of air beside it above
 /// this.
 const AIR_HU: f64 = -300.0;
+/// The highest value that a CT of 12 bits can hold, HU.
+const DENSEST_HU: f64 = 3071.0;
 /// The mean is taken over this radius at most, mm: a clip or a bubble must not decide.
 const CORE_MM: f64 = 3.0;
 /// More than this is the patient or her table, HU.
@@ -57,6 +59,15 @@ pub enum TumourPlaceError {
         /// What may have happened.
         hint: &'static str,
     },
+    /// Denser than tissue, bone and contrast.
+    #[error(
+        "the mean of the CT about its centre is {mean_hu:.0} HU, more than any tissue or bone has: are the values of the CT in HU, \
+         and is its byte order right?"
+    )]
+    NoTissue {
+        /// Mean about it, HU.
+        mean_hu: f64,
+    },
     /// In the other half of the body.
     #[error(
         "it lies on the patient's {found}, {away_mm:.0} mm from the middle of her body; the case says {asked}: correct \
@@ -95,7 +106,7 @@ const CHECK: &str = "; correct the centre (LPS, mm)";
 ///
 /// # Errors
 /// [`TumourPlaceError`] when its centre lies outside the CT, in air or lung (mean HU about it below
-/// -300), or more than 25 mm beyond the middle of the body.
+/// -300), in what no CT shows of a body (above 3071), or more than 25 mm beyond the middle of the body.
 pub fn tumour_place(
     ct: &Ct,
     tumour: Sphere,
@@ -115,6 +126,9 @@ pub fn tumour_place(
     };
     if mean_hu < AIR_HU {
         return Err(TumourPlaceError::InAir { centre: at, mean_hu, hint: hint() });
+    }
+    if mean_hu > DENSEST_HU {
+        return Err(TumourPlaceError::NoTissue { mean_hu });
     }
     let beyond = middle(ct, centre).map(|middle| centre.x - middle);
     let found = beyond
@@ -220,5 +234,12 @@ mod tests {
         assert!(told(-60.0, 300.0).contains("outside the CT"));
         let ras = tumour_place(&body(60.0), at(-146.0, 20.0), None).unwrap_err().to_string();
         assert!(ras.contains("was it given in RAS"), "{ras}");
+    }
+
+    #[test]
+    fn values_that_are_no_hu_are_told() {
+        let swapped = body(0.0).map(|hu| hu.swap_bytes());
+        let told = tumour_place(&swapped, at(80.0, -60.0), None).unwrap_err().to_string();
+        assert!(told.contains("byte order"), "{told}");
     }
 }

@@ -16,7 +16,7 @@ fn tumour() -> [[f64; 3]; 2] {
 /// Carries a file with the shared run; what the program says about it.
 fn carry(what: &Path, out: &Path, more: &[&str]) -> Value {
     let mut words: Vec<&dyn AsRef<std::ffi::OsStr>> =
-        vec![&"carry", &shared().out, &what, &"--out", &out, &"--json"];
+        vec![&"carry", &shared().out, &what, &"--out", &out, &"--overwrite", &"--json"];
     words.extend(more.iter().map(|word| word as &dyn AsRef<std::ffi::OsStr>));
     let said = supine(&words).success("supine carry");
     serde_json::from_str(&said.stdout).expect("stdout is JSON and nothing else")
@@ -114,6 +114,11 @@ fn a_dose_is_carried_with_its_totals() {
     let facts = carry(&given, &out, &[]);
     let first = facts["warnings"][0].as_str().expect("a warning");
     assert!(first.contains("does not reach what was simulated"), "{facts}");
+    let difference = text.replace("\n50.0000\n", "\n-50.0000\n");
+    assert!(difference != text, "the middle is there");
+    std::fs::write(&given, difference).expect("the dose is written");
+    let warnings = carry(&given, &out, &[])["warnings"].to_string();
+    assert_eq!(warnings.matches("goes down to -50.00 Gy").count(), 1, "{warnings}");
 }
 
 #[test]
@@ -216,6 +221,7 @@ fn a_structure_set_is_carried_as_the_fields_say() {
     assert!(!facts["warnings"].to_string().contains("frame of reference"), "{facts}");
     assert!(std::fs::read(&out).expect("the result is there") == by_the_run, "the same slices");
     let other = shared().out.join("ct");
+    let out = folder.path().join("other.csv");
     let said = supine(&[&"carry", &shared().out, &given, &"--ct", &other, &"--out", &out]);
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains("is not the CT that the run was made from"), "{}", said.stderr);
@@ -308,7 +314,8 @@ fn what_cannot_be_carried_is_refused() {
     let whole = supine(&[&"carry", &copy, &inner, &"--out", &carried]);
     assert_eq!(whole.code, Some(0), "{}", whole.stderr);
     std::fs::copy(run.join("mesh/rest.vtu"), copy.join("mesh/deformed.vtu")).expect("it is copied");
-    let said = supine(&[&"carry", &copy, &inner, &"--out", &carried]);
+    let by_other = folder.path().join("by_other.csv");
+    let said = supine(&[&"carry", &copy, &inner, &"--out", &by_other]);
     let told = said.stderr.contains("is not what the run wrote");
     assert!(said.code == Some(1) && told, "{}", said.stderr);
     // Another CT's series or fields among the run's results.

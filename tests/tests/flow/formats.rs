@@ -79,7 +79,7 @@ fn calculix_solves_the_problem_as_we_do() {
     let spring = to("spring.inp");
     for order in ["1", "2"] {
         let vtu = to("spring.vtu");
-        let words: [&dyn AsRef<OsStr>; 12] = [
+        let words: [&dyn AsRef<OsStr>; 13] = [
             &"solve",
             &"--mesh",
             &mesh,
@@ -89,6 +89,7 @@ fn calculix_solves_the_problem_as_we_do() {
             &order,
             &"--cut",
             &"spring",
+            &"--overwrite",
             &"--out",
             &vtu,
             &"--problem",

@@ -123,7 +123,16 @@ fn masks_of_totalsegmentator_are_seeds_as_a_folder_and_as_one_file() {
     let labels = |seeds: &str| {
         let out = folder.path().join("labels.seg.nrrd");
         let seeds = folder.path().join(seeds);
-        let said = supine(&[&"segment", &"--ct", &source(), &"--seeds", &seeds, &"--out", &out]);
+        let said = supine(&[
+            &"segment",
+            &"--ct",
+            &source(),
+            &"--seeds",
+            &seeds,
+            &"--out",
+            &out,
+            &"--overwrite",
+        ]);
         said.success(&seeds.display().to_string());
         std::fs::read(&out).expect("the labels")
     };

@@ -119,7 +119,7 @@ fn an_object_of_another_patient_is_refused_and_one_without_a_frame_is_told() {
         change(&mut bytes);
         std::fs::write(&file, bytes).expect("it is written");
         let (mesh, ct) = (folder.join("run/mesh/deformed.vtu"), folder.join("ct"));
-        supine(&[&"carry", &mesh, &file, &"--ct", &ct, &"--out", &out])
+        supine(&[&"carry", &mesh, &file, &"--ct", &ct, &"--out", &out, &"--overwrite"])
     };
     carried("own.dcm", &|_| {}).success("her own dose");
     // SYN-001 becomes SYN-002.

@@ -176,8 +176,16 @@ fn a_run_and_its_mesh_are_coarsened_with_their_displacement() {
     let fine = run.join("mesh/deformed.vtu");
     let volume = |of: &Value| of["volume_ml"].as_f64().expect("a volume");
     for from in [run, &fine] {
-        let said =
-            supine(&[&"coarsen", from, &"--tetrahedra", &"800", &"--out", &coarse, &"--json"]);
+        let said = supine(&[
+            &"coarsen",
+            from,
+            &"--tetrahedra",
+            &"800",
+            &"--out",
+            &coarse,
+            &"--overwrite",
+            &"--json",
+        ]);
         let said = said.success("supine coarsen");
         let facts: Value = serde_json::from_str(&said.stdout).expect("stdout is JSON");
         assert_eq!((&facts["tetrahedra"], &facts["displacement"]), (&800.into(), &true.into()));
@@ -185,12 +193,21 @@ fn a_run_and_its_mesh_are_coarsened_with_their_displacement() {
         assert!((volume(&facts) / before - 1.0).abs() < 0.02, "{facts}");
         // The coarse mesh with its displacement is one that the next command takes.
         let again = folder.path().join("again.vtu");
-        supine(&[&"coarsen", &coarse, &"--tetrahedra", &"500", &"--out", &again])
+        supine(&[&"coarsen", &coarse, &"--tetrahedra", &"500", &"--out", &again, &"--overwrite"])
             .success("supine coarsen, again");
     }
-    let said = supine(&[&"coarsen", &fine, &"--tetrahedra", &"5000", &"--out", &coarse]);
+    let said =
+        supine(&[&"coarsen", &fine, &"--tetrahedra", &"5000", &"--out", &coarse, &"--overwrite"]);
     assert_eq!(said.code, Some(3), "{}", said.stderr);
-    let said = supine(&[&"coarsen", &folder.path(), &"--tetrahedra", &"800", &"--out", &coarse]);
+    let said = supine(&[
+        &"coarsen",
+        &folder.path(),
+        &"--tetrahedra",
+        &"800",
+        &"--out",
+        &coarse,
+        &"--overwrite",
+    ]);
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains("not the folder of a finished run"), "{}", said.stderr);
 }

@@ -56,7 +56,7 @@ fn what_is_carried_from_a_run_that_must_not_be_used_is_not_sent_from_anywhere() 
         assert!(sent.stderr.contains("carried.dcm must not be used"), "{}", sent.stderr);
     }
     // From a run that may be used it leaves; the archive is not there.
-    let carried = supine(&[&"carry", &shared().out, &given, &"--out", &out]);
+    let carried = supine(&[&"carry", &shared().out, &given, &"--out", &out, &"--overwrite"]);
     assert_eq!(carried.code, Some(0), "{}", carried.stderr);
     let sent = supine(&[&"send", &out, &"--to", &"PACS@127.0.0.1:9"]);
     assert_ne!(sent.code, Some(4), "{}", sent.stderr);

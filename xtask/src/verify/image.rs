@@ -66,7 +66,8 @@ pub(super) fn carried(
     (interpolation, volume): (&str, &Path),
 ) -> Result<()> {
     let mut warp = Command::new(&bench.supine);
-    warp.args(["warp", "--no-progress", "--interpolation", interpolation, "--ct"]).arg(ct);
+    warp.args(["warp", "--overwrite", "--no-progress", "--interpolation", interpolation, "--ct"])
+        .arg(ct);
     run(warp.arg("--mesh").arg(mesh).arg("--out").arg(volume))
 }
 

@@ -80,7 +80,7 @@ impl<'a> Reference<'a> {
 pub(crate) fn all(bench: &Bench<'_>) -> Result<Vec<Row>> {
     let row = |&(labels, asked): &(&str, usize)| {
         let mut mesh = Command::new(&bench.supine);
-        mesh.arg("mesh");
+        mesh.args(["mesh", "--overwrite"]);
         let out = bench.work.join(format!("{labels}-{asked}.vtu"));
         Reference::open(bench, labels)?.row(mesh, asked, &out)
     };
@@ -96,7 +96,7 @@ pub(crate) fn coarsened(bench: &Bench<'_>) -> Result<String> {
     let reference = Reference::open(bench, "dome")?;
     let out = bench.work.join("coarsened.vtu");
     let mut coarsen = Command::new(&bench.supine);
-    coarsen.arg("coarsen").arg(bench.work.join(format!("dome-{from}.vtu")));
+    coarsen.args(["coarsen", "--overwrite"]).arg(bench.work.join(format!("dome-{from}.vtu")));
     coarsen.arg(format!("--tetrahedra={to}")).arg("--out").arg(&out).arg("--quiet");
     let start = Instant::now();
     run(&mut coarsen)?;

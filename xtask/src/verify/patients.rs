@@ -39,7 +39,7 @@ fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
     let points = work.join("points.csv");
     let supine = patient.join("truth/points_supine.csv");
     let mut carry = Command::new(&bench.supine);
-    carry.arg("carry").arg("--run").arg(&out).arg("--points").arg(&supine);
+    carry.args(["carry", "--overwrite"]).arg("--run").arg(&out).arg("--points").arg(&supine);
     run(carry.arg("--out").arg(&points))?;
     let json = work.join("score.json");
     let mut score = Command::new(&bench.python);

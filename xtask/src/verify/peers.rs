@@ -28,7 +28,7 @@ pub(crate) fn chosen(bench: &Bench<'_>) -> Result<String> {
     let mut page = String::from(CHOSEN_TEXT);
     for (asked, mesher) in CHOSEN.into_iter().flat_map(|n| MESHERS.map(|m| (n, m))) {
         let mut command = Command::new(&supine);
-        command.env("RAYON_NUM_THREADS", "1").args(["mesh", "--mesher", mesher]);
+        command.env("RAYON_NUM_THREADS", "1").args(["mesh", "--overwrite", "--mesher", mesher]);
         let out = bench.work.join(format!("{LABELS}-{asked}-{mesher}.vtu"));
         page += &mesh::line(&format!(" {mesher} |"), &reference.row(command, asked, &out)?)?;
     }
@@ -64,7 +64,7 @@ pub(crate) fn beside(bench: &Bench<'_>) -> Result<String> {
     let reference = Reference::open(bench, LABELS)?;
     let fine = bench.work.join("fine.vtu");
     let mut ours = Command::new(&bench.supine);
-    ours.arg("mesh");
+    ours.args(["mesh", "--overwrite"]);
     reference.row(ours, FINE, &fine)?;
     let mut page = String::from(BESIDE_TEXT);
     for asked in BESIDE {

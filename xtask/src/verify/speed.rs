@@ -47,7 +47,7 @@ fn row(bench: &Bench<'_>, name: &'static str, ct: &Path) -> Result<Row> {
     let own = output(Command::new(bench.house.target.join("release/bench-segment")).arg(ct))?;
     let out = bench.work.join("speed.nrrd");
     let mut command = Command::new(&bench.supine);
-    command.args(["segment", "--quiet", "--ct"]).arg(ct).arg("--out").arg(&out);
+    command.args(["segment", "--overwrite", "--quiet", "--ct"]).arg(ct).arg("--out").arg(&out);
     let command_s = timed(&mut command)?;
     let mut script = Command::new(&bench.python);
     script.arg(bench.shared.join("reference/segment/baseline.py")).arg(ct).arg(&out);

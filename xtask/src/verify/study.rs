@@ -119,7 +119,7 @@ fn cell(bench: &Bench<'_>, patient: &Patient, name: &str, repeat: bool) -> Resul
     }
     let labels = variant.join("labels.nrrd");
     let mut segment = Command::new(&bench.supine);
-    segment.arg("segment").arg("--ct").arg(variant.join("ct.nrrd"));
+    segment.args(["segment", "--overwrite"]).arg("--ct").arg(variant.join("ct.nrrd"));
     segment.arg("--out").arg(&labels).arg("--surfaces").arg(&variant);
     run(segment.arg("--no-progress"))?;
     let mut cell = measured(bench, patient, &variant, &labels, SAME_PLACE.contains(&name))?;

@@ -97,21 +97,29 @@ fn digits(token: &str) -> bool {
     token.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// Numbers by which a patient is found.
-const NUMBERS: [Tag; 4] = [
+/// Numbers by which a patient, or the scanner that she lay in, is found.
+const NUMBERS: [Tag; 5] = [
     tags::PATIENT_ID,
     // Other Patient IDs, retired and still written.
     Tag(0x0010, 0x1000),
     tags::PATIENT_BIRTH_DATE,
     tags::ACCESSION_NUMBER,
+    tags::DEVICE_SERIAL_NUMBER,
 ];
+
+/// A number this long is found within a longer word too.
+const TELLING: usize = 4;
 
 /// Whether a text has a word of the name of anybody in the header, the patient or who treats her,
 /// or one of her numbers.
 pub(super) fn name_somebody(text: &str, header: &DataSet) -> bool {
     let people = header.elements().iter().filter(|e| e.vr == VR::PN).map(|e| e.tag);
     let known = words(people.chain(NUMBERS).map(|tag| header.text(tag)));
-    words([text.to_owned()]).iter().any(|word| known.contains(word))
+    let within = |tag: &Tag| {
+        let number = header.text(*tag).to_lowercase();
+        number.len() >= TELLING && text.to_lowercase().contains(&number)
+    };
+    words([text.to_owned()]).iter().any(|word| known.contains(word)) || NUMBERS.iter().any(within)
 }
 
 /// The words of texts that have more than one letter, lower case.

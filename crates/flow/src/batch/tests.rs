@@ -132,7 +132,7 @@ fn states_that_others_left_are_collected_and_no_folder_is_none() {
     assert!(matches!(collect(&out, Colour::Amber), Err(Error::Unread { .. })));
     here(&given(vec![dir.path().join("gone.toml")], &out), &Seen::default()).unwrap();
     fs::remove_file(out.join("index.html")).unwrap();
-    fs::write(out.join("status/half.json"), "{").unwrap();
+    fs::write(out.join("status/half.json"), r#"{"schema":"supine-status/1"}"#).unwrap();
     let done = collect(&out, Colour::Amber).unwrap();
     // One of whom nothing whole is told was stopped.
     assert_eq!((done.patients, done.count(Ended::Stopped)), (2, 1));

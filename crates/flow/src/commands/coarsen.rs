@@ -1,7 +1,7 @@
 //! `supine coarsen`: fewer tetrahedra of the same tissue.
 
 use super::mesh::{MeshDone, told, write};
-use super::{Gather, check_out_file, mesh_file};
+use super::{Gather, Outputs, mesh_file};
 use crate::folder::FinishedRun;
 use crate::shared::{coarsen_run, mesh_facts};
 use crate::{Error, NodeId, Observer};
@@ -23,6 +23,8 @@ pub struct Coarsen {
     pub out: PathBuf,
     /// A folder for a page on its quality.
     pub report: Option<PathBuf>,
+    /// Whether files that are there already may be replaced.
+    pub overwrite: bool,
 }
 
 /// Makes a mesh with fewer tetrahedra, with the displacement carried over where there is one.
@@ -31,7 +33,10 @@ pub struct Coarsen {
 /// When the input cannot be used, the number cannot be reached, or a file cannot be written.
 pub fn coarsen(given: &Coarsen, observer: &dyn Observer) -> Result<MeshDone, Error> {
     mesh_file(&given.out)?;
-    check_out_file(&given.out, [given.from.as_path()])?;
+    Outputs::beside([given.from.as_path()])
+        .file("--out", Some(&given.out))
+        .folder("--report", given.report.as_deref())
+        .check(given.overwrite)?;
     let gather = Gather::new(observer, &[]);
     let (mesh, displacement, info) = gather.work(NodeId::Mesh, |progress| {
         if given.from.is_dir() {

@@ -1,6 +1,6 @@
 //! `supine mesh`: tetrahedra of the soft tissue in a sphere.
 
-use super::{Gather, SurfaceFrame, check_out_file, input, mesh_file, messages, session};
+use super::{Gather, Outputs, SurfaceFrame, input, mesh_file, messages, session};
 use crate::lazy::Lazy;
 use crate::nodes::{Chosen, Mesh as MeshNode, Region, Segment, Segmented, beyond_region};
 use crate::session::Request;
@@ -50,6 +50,8 @@ pub struct Mesh {
     pub out: PathBuf,
     /// A folder for a page on its quality.
     pub report: Option<PathBuf>,
+    /// Whether files that are there already may be replaced.
+    pub overwrite: bool,
 }
 
 /// What is meshed.
@@ -71,6 +73,17 @@ pub enum MeshSource {
         /// Frame of files that do not say theirs.
         frame: SurfaceFrame,
     },
+}
+
+impl MeshSource {
+    /// The files that are read.
+    fn files(&self) -> impl Iterator<Item = &Path> {
+        let (first, second) = match self {
+            Self::Labels { file, .. } => (file, None),
+            Self::Solids { skin, chest_wall, .. } => (skin, Some(chest_wall)),
+        };
+        std::iter::once(first).chain(second).map(PathBuf::as_path)
+    }
 }
 
 /// What was made.
@@ -107,7 +120,10 @@ fn without_unknowns<S: Serializer>(facts: &supine_report::Mesh, to: S) -> Result
 /// When an input cannot be used, the mesher fails, or a file cannot be written.
 pub fn mesh(given: &Mesh, observer: &dyn Observer) -> Result<MeshDone, Error> {
     mesh_file(&given.out)?;
-    check_out_file(&given.out, given.spec.files())?;
+    Outputs::beside(given.spec.files().chain(given.source.files()))
+        .file("--out", Some(&given.out))
+        .folder("--report", given.report.as_deref())
+        .check(given.overwrite)?;
     let session = session(&given.spec)?;
     let case = session.case();
     let missing = CaseError::Missing { key: "region.centre", what: "the sphere that is modelled" };

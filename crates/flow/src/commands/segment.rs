@@ -1,9 +1,9 @@
 //! `supine segment`: labels of a CT.
 
-use super::{Gather, VOLUMES, check_ending, check_out_file, ends, messages, session, usage};
+use super::{Gather, Outputs, VOLUMES, check_ending, ends, messages, session, usage};
 use crate::nodes::{Chosen, Import, Region, Segment as SegmentNode, Tissues};
 use crate::session::{Request, Session, Start};
-use crate::shared::{write_dicom_labels, write_surfaces};
+use crate::shared::{SURFACES, write_dicom_labels, write_surfaces};
 use crate::spec::{Spec, Value};
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
@@ -49,6 +49,8 @@ pub struct Segment {
     pub surfaces: Option<PathBuf>,
     /// When it began: what a DICOM object bears; without it the time of the source series.
     pub start: Option<Start>,
+    /// Whether files that are there already may be replaced.
+    pub overwrite: bool,
 }
 
 /// What was made.
@@ -85,9 +87,11 @@ pub struct TissueFacts {
 /// # Errors
 /// When a stage fails, or labels are asked for as DICOM of a CT that did not come as DICOM.
 pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, Error> {
-    for file in std::iter::once(&given.out).chain(&given.uncertainty) {
-        check_out_file(file, given.spec.files())?;
-    }
+    Outputs::beside(given.spec.files().chain(given.case.as_deref()))
+        .file("--out", Some(&given.out))
+        .file("--uncertainty", given.uncertainty.as_deref())
+        .within("--surfaces", given.surfaces.as_deref(), &SURFACES)
+        .check(given.overwrite)?;
     let kinds = [&[".dcm"], &VOLUMES[..]].concat();
     check_ending("--out", &given.out, "labels are", &kinds)?;
     if let Some(file) = &given.uncertainty {

@@ -1,6 +1,6 @@
 //! `supine solve`: the displacement of a mesh under gravity.
 
-use super::{Gather, check_out_file, ends, given_mesh, mesh_file, messages, usage};
+use super::{Gather, Outputs, ends, given_mesh, mesh_file, messages, usage};
 use crate::nodes::{Law, Meshed};
 use crate::shared::statics;
 use crate::spec::Spec;
@@ -40,6 +40,8 @@ pub struct Solve {
     pub problem: Option<PathBuf>,
     /// The file of the deformed mesh.
     pub out: PathBuf,
+    /// Whether files that are there already may be replaced.
+    pub overwrite: bool,
 }
 
 /// Where gravity points.
@@ -108,7 +110,10 @@ pub struct IntervalFacts {
 /// When an input cannot be used, the solver fails, or a file cannot be written.
 pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error> {
     mesh_file(&given.out)?;
-    check_out_file(&given.out, given.spec.files().chain([given.mesh.as_path()]))?;
+    Outputs::beside(given.spec.files().chain([given.mesh.as_path()]))
+        .file("--out", Some(&given.out))
+        .file("--problem", given.problem.as_deref())
+        .check(given.overwrite)?;
     let case = given.spec.case()?;
     let target = match given.target {
         Target::Table => case.table_pose()?.gravity(),

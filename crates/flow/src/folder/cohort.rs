@@ -2,7 +2,7 @@
 
 use super::passing::sweep;
 use super::{FinishedRun, is_run, names};
-use crate::status::{NOT_ENDED, write_text};
+use crate::status::{NOT_ENDED, is_status, write_text};
 use crate::{Error, NodeId};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -30,7 +30,7 @@ impl CohortFolder {
     /// The folder at a path; nothing is made.
     ///
     /// # Errors
-    /// [`Error::Foreign`] when it holds a table or a page that no batch made.
+    /// [`Error::Foreign`] when it holds a table, a page or a status that no batch made.
     pub(crate) fn open(root: &Path) -> Result<Self, Error> {
         let marks = [(names::TABLE, TABLE_HEAD), (names::PAGE, "content=\"supine batch ")];
         for (name, mark) in marks {
@@ -39,7 +39,21 @@ impl CohortFolder {
                 return Err(Error::Foreign { path });
             }
         }
-        Ok(Self { root: root.into() })
+        let folder = Self { root: root.into() };
+        let foreign = |path: &PathBuf| {
+            path.extension().is_some_and(|ending| ending == "json")
+                && fs::read_to_string(path).is_ok_and(|text| !text.is_empty() && !is_status(&text))
+        };
+        match folder.entries(names::STATUS).into_iter().find(foreign) {
+            Some(path) => Err(Error::Foreign { path }),
+            None => Ok(folder),
+        }
+    }
+
+    /// What lies in one of its folders.
+    fn entries(&self, folder: &str) -> Vec<PathBuf> {
+        let listed = fs::read_dir(self.root.join(folder)).into_iter().flatten().flatten();
+        listed.map(|entry| entry.path()).collect()
     }
 
     /// Holds it against others.
@@ -107,13 +121,9 @@ impl CohortFolder {
 
     /// The names of all cases that it knows of, by a run or by how it ended.
     pub(crate) fn names(&self) -> BTreeSet<String> {
-        let entries = |folder: &str| {
-            let listed = fs::read_dir(self.root.join(folder)).into_iter().flatten().flatten();
-            listed.map(|entry| entry.path()).collect::<Vec<_>>()
-        };
         let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
-        let runs = entries(names::RUNS).into_iter().filter(|path| is_run(path));
-        let told = entries(names::STATUS).into_iter();
+        let runs = self.entries(names::RUNS).into_iter().filter(|path| is_run(path));
+        let told = self.entries(names::STATUS).into_iter();
         let told = told.filter_map(|path| Some(name(&path)?.strip_suffix(".json")?.to_owned()));
         let named = runs.filter_map(|path| name(&path)).chain(told);
         named.filter(|name| usable_name(name).is_ok()).collect()
@@ -207,6 +217,10 @@ mod tests {
         folder.write(&[]).unwrap();
         assert!(CohortFolder::open(dir.path()).is_ok(), "its own");
         fs::write(dir.path().join("cohort.csv"), "mine;1\n").unwrap();
+        assert!(matches!(CohortFolder::open(dir.path()), Err(Error::Foreign { .. })));
+        fs::remove_file(dir.path().join("cohort.csv")).unwrap();
+        fs::create_dir_all(folder.status("x").parent().unwrap()).unwrap();
+        fs::write(folder.status("p1"), "{\"mine\": 1}").unwrap();
         assert!(matches!(CohortFolder::open(dir.path()), Err(Error::Foreign { .. })));
     }
 

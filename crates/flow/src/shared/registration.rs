@@ -11,6 +11,10 @@ use supine_warp::{Fields, Params, interpolation_error, resampling};
 
 /// The file of the deformable registration, within its folder.
 pub(crate) const DEFORMABLE: &str = "deformable.dcm";
+const CHEST_WALL: &str = "chest-wall.dcm";
+
+/// The files of a folder of registrations.
+pub const REGISTRATIONS: [&str; 2] = [DEFORMABLE, CHEST_WALL];
 /// Vectors lie this many pixels apart.
 const PIXELS: f64 = 2.0;
 /// Most vectors: 96 MiB in the file.
@@ -79,7 +83,7 @@ fn write(
     let path = folder.join(DEFORMABLE);
     let named = params("DEFORMED to CT registration [supine]");
     write_deformable(vectors, source, deformed, &named, &path).map_err(Error::Export)?;
-    let path = folder.join("chest-wall.dcm");
+    let path = folder.join(CHEST_WALL);
     let named = params("CHEST WALL ONLY registration [supine]");
     write_chest_wall(source, deformed, &named, &path).map_err(Error::Export)?;
     Ok(())

@@ -9,6 +9,9 @@ use supine_volume::{LabelMap, RegionError, SignedDistance, Surfaces};
 const SKIN: &str = "skin.nrrd";
 const CHEST_WALL: &str = "chest_wall.nrrd";
 
+/// The files of a folder of surfaces.
+pub const SURFACES: [&str; 2] = [SKIN, CHEST_WALL];
+
 /// Writes the surfaces into a folder, made when there is none: `skin.nrrd` and `chest_wall.nrrd`,
 /// as [`write_signed_distance`] writes them.
 ///

@@ -113,6 +113,7 @@ fn beyond_cm3(folder: &Path, mesh: &TetMesh, shift: f64) -> f64 {
             registration: None,
             out: folder.join("warped.nrrd"),
             start: None,
+            overwrite: true,
         };
         let warnings = warp(&given, &Unwatched).unwrap().warnings;
         let beyond = warnings.iter().find(|w| w.code == "tissue-beyond-field");

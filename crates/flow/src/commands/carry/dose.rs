@@ -2,7 +2,7 @@
 
 use super::{CarryDone, DicomDose, DoseFacts, Job};
 use crate::commands::usage;
-use crate::shared::carry::{CarriedDose, carry_with_totals, grid_too_small, max_gy, not_anew};
+use crate::shared::carry::{CarriedDose, carry_with_totals, dose_doubts, max_gy, not_anew};
 use crate::{Error, NodeId};
 use supine_exchange::write_scalar;
 use supine_space::Warning;
@@ -26,7 +26,7 @@ impl Job<'_> {
         let (moved, totals) = self.gather.work(NodeId::Carry, |progress| {
             carry_with_totals(given, ct.as_ref().map(|ct| &ct.ct), &self.deformation, progress)
         })?;
-        let notes = std::iter::once(not_anew()).chain(grid_too_small(&moved)).collect();
+        let notes = std::iter::once(not_anew()).chain(dose_doubts(given, &moved)).collect();
         let carried = moved.carried;
         self.write(&carried)?;
         let told = self.told_dose([given, &carried].map(max_gy), &totals, notes);

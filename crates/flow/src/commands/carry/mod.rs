@@ -10,9 +10,7 @@ pub use done::{
 };
 
 use super::usable::why_not;
-use super::{
-    Gather, SurfaceFrame, VOLUMES, check_ending, check_out_file, ends, given_deformation, usage,
-};
+use super::{Gather, Outputs, SurfaceFrame, VOLUMES, check_ending, ends, given_deformation, usage};
 use crate::folder::{FinishedRun, run_around};
 use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles};
 use crate::shared::{CtInput, read_ct};
@@ -50,6 +48,8 @@ pub struct Carry {
     pub frame: SurfaceFrame,
     /// The file of the result; `.dcm`: the same kind of DICOM object, of the run's series.
     pub out: PathBuf,
+    /// Whether files that are there already may be replaced.
+    pub overwrite: bool,
 }
 
 /// What a volume is taken for.
@@ -66,11 +66,13 @@ pub enum CarryVolume {
 /// # Errors
 /// When the file cannot be carried, belongs to another scan, or the result cannot be written.
 pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error> {
+    let what = given.what.as_path();
+    Outputs::beside(given.spec.files().chain([what, given.from.as_path()]))
+        .file("--out", Some(&given.out))
+        .check(given.overwrite)?;
     let gather = Gather::new(observer, &[]);
     let job = Job::new(given, &gather)?;
-    let what = given.what.as_path();
     check_out(given)?;
-    check_out_file(&given.out, given.spec.files().chain([what]))?;
     if given.points || ends(what, &[".json"]) {
         return job.points();
     }

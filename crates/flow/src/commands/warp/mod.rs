@@ -4,15 +4,15 @@ mod grid;
 
 pub use grid::OutputGrid;
 
-use super::{
-    Gather, check_out_file, ends, given_deformation, messages, refuse_result, session, usage,
-};
+use super::{Gather, Outputs, ends, given_deformation, messages, session, usage};
 use crate::nodes::{
     Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
     beyond_field,
 };
 use crate::session::{Request, Session, Start};
-use crate::shared::{ExportSource, IMAGE_COMMENTS, RegisteredSeries, write_registration};
+use crate::shared::{
+    ExportSource, IMAGE_COMMENTS, REGISTRATIONS, RegisteredSeries, write_registration,
+};
 use crate::spec::{CaseError, Spec};
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
@@ -55,6 +55,8 @@ pub struct Warp {
     pub out: PathBuf,
     /// When it began: what a DICOM object bears; without it the time of the source series.
     pub start: Option<Start>,
+    /// Whether files that are there already may be replaced.
+    pub overwrite: bool,
 }
 
 /// What was made.
@@ -153,17 +155,14 @@ fn names_a_kind(path: &Path) -> bool {
 
 /// Refuses what a series, or a file, cannot have.
 fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
-    let folders = [
-        ("--out", Some(&given.out).filter(|_| !file)),
-        ("--fields", given.fields.as_ref()),
-        ("--registration", given.registration.as_ref()),
-    ];
-    for (option, folder) in folders {
-        folder.map_or(Ok(()), |folder| refuse_result(option, folder))?;
-    }
-    if file {
-        check_out_file(&given.out, given.spec.files().chain([given.mesh.as_path()]))?;
-    } else if names_a_kind(&given.out) && !given.out.is_dir() {
+    let out = Some(given.out.as_path());
+    Outputs::beside(given.spec.files().chain([given.mesh.as_path()]))
+        .file("--out", out.filter(|_| file))
+        .folder("--out", out.filter(|_| !file))
+        .within("--fields", given.fields.as_deref(), &FIELDS)
+        .within("--registration", given.registration.as_deref(), &REGISTRATIONS)
+        .check(given.overwrite)?;
+    if !file && names_a_kind(&given.out) && !given.out.is_dir() {
         return Err(usage(format!(
             "--out {}: a CT is written as .nrrd, .nii, .nii.gz or .mha, or as a DICOM series into a folder, whose name has no \
              ending",
@@ -269,6 +268,17 @@ fn write_series(
         .map(drop)
         .map_err(Error::Export)
 }
+
+/// The files that [`write_fields`] writes.
+const FIELDS: [&str; 7] = [
+    "deformed_to_ct.nrrd",
+    "deformed_to_ct.nii.gz",
+    "ct_to_deformed.nrrd",
+    "ct_to_deformed.nii.gz",
+    "jacobian.nrrd",
+    "jacobian.nii.gz",
+    "deformed_to_ct.mat",
+];
 
 /// Writes the map as fields in both formats, and the backward one as a transform of ITK.
 fn write_fields(map: &MovingPart, folder: &Path, progress: Progress<'_>) -> Result<(), Error> {

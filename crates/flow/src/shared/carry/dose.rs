@@ -21,8 +21,20 @@ pub(crate) fn not_anew() -> Warning {
     Warning::new(NOT_ANEW, text)
 }
 
-/// What everyone who looks at a dose has to know whose grid is too small for the movement.
-pub(crate) fn grid_too_small(carried: &CarriedDose) -> Option<Warning> {
+/// What everyone who looks at a carried dose has to know: its grid is too small for the movement,
+/// or it was no dose.
+pub(crate) fn dose_doubts(given: &Volume<f32>, carried: &CarriedDose) -> Vec<Warning> {
+    grid_too_small(carried).into_iter().chain(negative(given)).collect()
+}
+
+/// No dose is below 0; a difference of two is.
+fn negative(given: &Volume<f32>) -> Option<Warning> {
+    let least = given.data().iter().copied().fold(0.0, f32::min);
+    let text = format!("the dose goes down to {least:.2} Gy: is it a difference of doses?");
+    (least < 0.0).then(|| Warning::new("dose-negative", text))
+}
+
+fn grid_too_small(carried: &CarriedDose) -> Option<Warning> {
     let BeyondGrid { entered_ml, edge_gy, left_gy } = carried.beyond;
     let mut lost = Vec::new();
     if entered_ml > 0.0 {

@@ -4,7 +4,7 @@ use super::context::CarryContext;
 use super::contours::{
     CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
-use super::dose::{carry_with_totals, grid_too_small, not_anew, write_carried_dose};
+use super::dose::{carry_with_totals, dose_doubts, not_anew, write_carried_dose};
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
 use std::path::Path;
@@ -75,8 +75,7 @@ impl CarryJob<'_> {
         let (given, mut warnings) = self.context.dose(path)?;
         let volume = given.volume();
         let (moved, totals) = carry_with_totals(volume, ct, self.deformation, progress)?;
-        warnings.extend(grid_too_small(&moved));
-        warnings.extend(grid_too_small(&moved));
+        warnings.extend(dose_doubts(volume, &moved));
         let carried = moved.carried;
         let write = |out| write_carried_dose(&carried, &given, self.place(), out);
         let written = out.map(write).transpose()?;

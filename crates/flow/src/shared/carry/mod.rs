@@ -12,7 +12,7 @@ mod segments;
 
 pub(crate) use context::{CarryContext, ExportedFiles};
 pub(crate) use contours::{CarriedContours, carry_named_contours};
-pub(crate) use dose::{NOT_ANEW, carry_with_totals, grid_too_small, not_anew};
+pub(crate) use dose::{NOT_ANEW, carry_with_totals, dose_doubts, not_anew};
 pub(crate) use dose_volume::histograms;
 pub(crate) use job::{CarriedDose, CarryJob, max_gy};
 pub use kinds::{CarriedFile, CarriedKind};

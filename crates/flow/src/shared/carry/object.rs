@@ -5,7 +5,7 @@ use super::context::CarryContext;
 use super::contours::{
     CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
-use super::dose::{carry_with_totals, grid_too_small, not_anew, write_carried_dose};
+use super::dose::{carry_with_totals, dose_doubts, not_anew, write_carried_dose};
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
 use std::path::Path;
@@ -141,7 +141,8 @@ impl GivenObject {
                 let max_gy = Some([given.volume(), carried].map(super::max_gy));
                 let energy_mj = totals.energy_mj;
                 let told = object(info.object.instance_uid);
-                let warnings = info.warnings.into_iter().chain(grid_too_small(moved)).collect();
+                let doubts = dose_doubts(given.volume(), moved);
+                let warnings = info.warnings.into_iter().chain(doubts).collect();
                 Ok((CarriedObject { max_gy, energy_mj, ..told }, warnings))
             }
             (Given::Structures(given, _), MovedObject::Structures(carried, lines)) => {
