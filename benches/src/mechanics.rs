@@ -1,10 +1,11 @@
 //! A cold solution of one of the problems of the reference data, its cost and its error:
-//! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved]`, JSON on stdout.
+//! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved | LAW STIFFENING]`, JSON on stdout.
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the
 //! name of one of its displacement fields (`net_tilt`), `unl_X` for the stress-free shape, or
 //! `net_sit_dxdE` for the derivative by the modulus. `curved`: the elements follow skin and chest
-//! wall, and no stored field is theirs. Everything from the mesh to the displacement counts as the
+//! wall, and no stored field is theirs. LAW (`exponential`) takes its fields from `laws_1.6k_P2`.
+//! Everything from the mesh to the displacement counts as the
 //! solution.
 #![expect(
     clippy::print_stdout,
@@ -21,7 +22,9 @@ use ndarray_npy::ReadNpzError;
 use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::json;
 use std::sync::Arc;
-use supine_fem::{Body, Cut, Info, Load, Params, RestState, Tissue, sensitivity, solve, unload};
+use supine_fem::{
+    Body, Cut, Info, Law, Load, Params, RestState, Tissue, sensitivity, solve, unload,
+};
 use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
 use supine_space::{Point, Progress, Vector, sitting, supine};
 
@@ -35,13 +38,18 @@ const TRUE: [&str; 2] = ["40k", "12k"];
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [reference, mesh, order, field, tolerance, sides @ ..] = &words[..] else {
-        bail!("bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved]");
+        bail!("bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved | LAW STIFFENING]");
     };
     let order = self::order(order)?;
     let reference = Reference(reference.into());
     let mut problem = reference.problem(mesh, order, field)?;
     let curved = sides == ["curved"];
-    ensure!(curved || sides.is_empty(), "{sides:?} is not `curved`");
+    if let [name, stiffening] = sides {
+        let law = Law::ALL.into_iter().find(|law| law.name() == name);
+        problem.tissue.law = law.context("no such law")?;
+        problem.tissue.stiffening = stiffening.parse()?;
+    }
+    ensure!(curved || [0, 2].contains(&sides.len()), "{sides:?} is neither `curved` nor a law");
     if curved {
         problem.curved = Some(curved::offsets(&reference, &problem.mesh)?);
     }
@@ -180,8 +188,14 @@ impl Reference {
         problem: &Problem,
         u: &Displacement,
     ) -> Result<Option<f64>> {
-        let Some(mut stored) = self.fields(mesh, order)? else { return Ok(None) };
-        let stored = match stored.by_name::<_, ndarray::Ix2>(field) {
+        let law = problem.tissue.law;
+        let (stored, field) = if law.is_default() {
+            (self.fields(mesh, order)?, field.to_owned())
+        } else {
+            (self.open(&format!("laws_{mesh}_P{}", order.number())).ok(), format!("{law}_{field}"))
+        };
+        let Some(mut stored) = stored else { return Ok(None) };
+        let stored = match stored.by_name::<_, ndarray::Ix2>(&field) {
             Ok(stored) => rows(&stored),
             Err(ReadNpzError::Zip(_)) => return Ok(None),
             Err(other) => return Err(other.into()),
@@ -213,7 +227,8 @@ impl Reference {
         u: &Displacement,
         field: &str,
     ) -> Result<Option<[f64; 2]>> {
-        let probes: Array2<f64> = self.open("probes")?.by_name("pts")?;
+        let Ok(mut probes) = self.open("probes") else { return Ok(None) };
+        let probes: Array2<f64> = probes.by_name("pts")?;
         let name = format!("P2_{field}");
         let finest = TRUE.into_iter().find_map(|finest| {
             self.open(&format!("probes_{finest}")).ok()?.by_name::<_, ndarray::Ix2>(&name).ok()

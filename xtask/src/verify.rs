@@ -250,6 +250,7 @@ fn mechanics(bench: &Bench<'_>) -> Result<String> {
         mechanics.cost()?,
         agreement::convergence(&mechanics)?,
         agreement::agreement(&mechanics)?,
+        agreement::laws(&mechanics)?,
         applicator::table(&mechanics)?,
     ]
     .concat())

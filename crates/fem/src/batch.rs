@@ -4,34 +4,70 @@
 //! are tested against.
 
 use crate::element::Elements;
-use crate::material::{NeoHookean, Nine, PackedGradient, PackedNeoHookean, Triple};
+use crate::material::{Material, Nine, PackedGradient, PackedMaterial, Stretching, Triple, by_law};
 use crate::pattern::{Block, Pattern};
 use pulp::{Arch, Simd, WithSimd};
+use std::fmt::Debug;
+use std::sync::Arc;
+use supine_record::Law;
 use supine_space::{LANES, Pack, Vector};
 
 /// Several elements; the last ones of a mesh may stand for none, with volume 0.
 #[derive(Clone, Debug)]
-struct Batch<const N: usize, const Q: usize> {
+struct Batch<L, const N: usize, const Q: usize> {
     nodes: [[u32; LANES]; N],
     gradients: [[Triple; N]; Q],
     weights: [Pack; Q],
-    material: PackedNeoHookean,
+    material: PackedMaterial<L>,
 }
 
-/// All elements of a body.
+/// All elements of a body, whatever their law.
+pub(crate) trait Kernel<const N: usize, const Q: usize>: Debug + Send + Sync {
+    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN), written to `forces`.
+    ///
+    /// `None` when an element is turned inside out, or stretched further than its law allows.
+    fn evaluate(&self, u: &[Vector], forces: &mut [Vector]) -> Option<f64>;
+
+    /// ln J after a `step` (mm) from `u`, to first order: ln J + F^-T : grad step.
+    ///
+    /// `None` when an element is turned inside out at `u`.
+    fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>>;
+
+    /// Fills `blocks` with the stiffness, see [`crate::model::Model::stiffness`].
+    ///
+    /// `None` when an element is turned inside out.
+    fn stiffness(
+        &self,
+        u: &[Vector],
+        predicted: Option<&VolumeStrain<Q>>,
+        pattern: &Pattern,
+        blocks: &mut [Block],
+    ) -> Option<()>;
+}
+
+/// The kernel of `elements` of `materials`, in their order, all of one law.
+pub(crate) fn kernel<const N: usize, const Q: usize>(
+    elements: &Elements<N, Q>,
+    materials: &[Material],
+) -> Arc<dyn Kernel<N, Q>> {
+    let law = materials.first().map_or(Law::default(), Material::law);
+    by_law!(law, Pack, L => Arc::new(Batches::<L, N, Q>::new(elements, materials)))
+}
+
+/// All elements of a body of the law `L`.
 #[derive(Clone, Debug)]
-pub(crate) struct Batches<const N: usize, const Q: usize> {
+struct Batches<L, const N: usize, const Q: usize> {
     elements: usize,
-    batches: Vec<Batch<N, Q>>,
+    batches: Vec<Batch<L, N, Q>>,
 }
 
 /// ln J at the quadrature points of all elements, as a step predicted it.
 #[derive(Clone, Debug)]
 pub(crate) struct VolumeStrain<const Q: usize>(Vec<[Pack; Q]>);
 
-impl<const N: usize, const Q: usize> Batches<N, Q> {
+impl<L: Stretching<Pack>, const N: usize, const Q: usize> Batches<L, N, Q> {
     /// `elements` of `materials`, in their order.
-    pub(crate) fn new(elements: &Elements<N, Q>, materials: &[NeoHookean]) -> Self {
+    fn new(elements: &Elements<N, Q>, materials: &[Material]) -> Self {
         let count = elements.nodes.len();
         let batch = |first: usize| {
             let own: [usize; LANES] = std::array::from_fn(|lane| (first + lane).min(count - 1));
@@ -49,31 +85,24 @@ impl<const N: usize, const Q: usize> Batches<N, Q> {
                     };
                     Pack(std::array::from_fn(of))
                 }),
-                material: PackedNeoHookean::new(own.map(|e| &materials[e])),
+                material: PackedMaterial::new(own.map(|e| &materials[e])),
             }
         };
         Self { elements: count, batches: (0..count).step_by(LANES).map(batch).collect() }
     }
+}
 
-    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN), written to `forces`.
-    ///
-    /// `None` when an element is turned inside out.
-    pub(crate) fn evaluate(&self, u: &[Vector], forces: &mut [Vector]) -> Option<f64> {
+impl<L: Stretching<Pack>, const N: usize, const Q: usize> Kernel<N, Q> for Batches<L, N, Q> {
+    fn evaluate(&self, u: &[Vector], forces: &mut [Vector]) -> Option<f64> {
         forces.fill(Vector::zeros());
         Arch::new().dispatch(Evaluate { batches: &self.batches, u, forces })
     }
 
-    /// ln J after a `step` (mm) from `u`, to first order: ln J + F^-T : grad step.
-    ///
-    /// `None` when an element is turned inside out at `u`.
-    pub(crate) fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
+    fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
         Arch::new().dispatch(Foresee { batches: &self.batches, u, step })
     }
 
-    /// Fills `blocks` with the stiffness, see [`crate::model::Model::stiffness`].
-    ///
-    /// `None` when an element is turned inside out.
-    pub(crate) fn stiffness(
+    fn stiffness(
         &self,
         u: &[Vector],
         predicted: Option<&VolumeStrain<Q>>,
@@ -86,14 +115,14 @@ impl<const N: usize, const Q: usize> Batches<N, Q> {
     }
 }
 
-/// The work of [`Batches::evaluate`].
-struct Evaluate<'a, const N: usize, const Q: usize> {
-    batches: &'a [Batch<N, Q>],
+/// The work of [`Kernel::evaluate`].
+struct Evaluate<'a, L, const N: usize, const Q: usize> {
+    batches: &'a [Batch<L, N, Q>],
     u: &'a [Vector],
     forces: &'a mut [Vector],
 }
 
-impl<const N: usize, const Q: usize> WithSimd for Evaluate<'_, N, Q> {
+impl<L: Stretching<Pack>, const N: usize, const Q: usize> WithSimd for Evaluate<'_, L, N, Q> {
     type Output = Option<f64>;
 
     #[inline(always)]
@@ -106,14 +135,14 @@ impl<const N: usize, const Q: usize> WithSimd for Evaluate<'_, N, Q> {
     }
 }
 
-/// The work of [`Batches::predicted`].
-struct Foresee<'a, const N: usize, const Q: usize> {
-    batches: &'a [Batch<N, Q>],
+/// The work of [`Kernel::predicted`].
+struct Foresee<'a, L, const N: usize, const Q: usize> {
+    batches: &'a [Batch<L, N, Q>],
     u: &'a [Vector],
     step: &'a [Vector],
 }
 
-impl<const N: usize, const Q: usize> WithSimd for Foresee<'_, N, Q> {
+impl<L: Stretching<Pack>, const N: usize, const Q: usize> WithSimd for Foresee<'_, L, N, Q> {
     type Output = Option<VolumeStrain<Q>>;
 
     #[inline(always)]
@@ -126,9 +155,9 @@ impl<const N: usize, const Q: usize> WithSimd for Foresee<'_, N, Q> {
     }
 }
 
-/// The work of [`Batches::stiffness`].
-struct Stiffness<'a, const N: usize, const Q: usize> {
-    all: &'a Batches<N, Q>,
+/// The work of [`Kernel::stiffness`].
+struct Stiffness<'a, L, const N: usize, const Q: usize> {
+    all: &'a Batches<L, N, Q>,
     u: &'a [Vector],
     predicted: Option<&'a VolumeStrain<Q>>,
     own: Vec<Nine>,
@@ -136,7 +165,7 @@ struct Stiffness<'a, const N: usize, const Q: usize> {
     blocks: &'a mut [Block],
 }
 
-impl<const N: usize, const Q: usize> WithSimd for Stiffness<'_, N, Q> {
+impl<L: Stretching<Pack>, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, N, Q> {
     type Output = Option<()>;
 
     #[inline(always)]
@@ -169,7 +198,7 @@ fn gradient<const N: usize>(values: &[Triple; N], gradients: &[Triple; N]) -> Ni
     sum
 }
 
-impl<const N: usize, const Q: usize> Batch<N, Q> {
+impl<L: Stretching<Pack>, const N: usize, const Q: usize> Batch<L, N, Q> {
     #[inline(always)]
     fn gather(&self, u: &[Vector]) -> [Triple; N] {
         let mut own = [[Pack::ZERO; 3]; N];
@@ -192,7 +221,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         let mut energy = Pack::ZERO;
         for (gradients, weight) in self.gradients.iter().zip(&self.weights) {
             let state = PackedGradient::new(gradient(&u, gradients))?;
-            energy += *weight * self.material.energy(&state);
+            energy += *weight * self.material.energy(&state)?;
             let stress = self.material.stress(&state, *weight);
             for (force, g) in own.iter_mut().zip(gradients) {
                 for i in 0..3 {

@@ -1,6 +1,6 @@
 //! What is deformed.
 
-use crate::material::NeoHookean;
+use crate::material::Material;
 use crate::{Error, Tissue};
 use std::sync::Arc;
 use supine_mesh::{Displacement, TetMesh};
@@ -41,9 +41,9 @@ impl Body {
     }
 
     /// The law of each tetrahedron, its moduli taken `factor` times.
-    pub(crate) fn materials(&self, factor: f64) -> Vec<NeoHookean> {
+    pub(crate) fn materials(&self, factor: f64) -> Vec<Material> {
         let of = |young_kpa: f64| {
-            NeoHookean::new(&Tissue { young_kpa: young_kpa * factor, ..self.tissue })
+            Material::new(&Tissue { young_kpa: young_kpa * factor, ..self.tissue })
         };
         match &self.young_kpa {
             Some(moduli) => moduli.iter().map(|e| of(*e)).collect(),

@@ -12,7 +12,7 @@
 
 use crate::body::Body;
 use crate::element::shape;
-use crate::material::NeoHookean;
+use crate::material::Material;
 use crate::pattern::{Block, Pattern, pairs};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
@@ -47,7 +47,7 @@ struct Face<const N: usize> {
 impl<const N: usize> Foundation<N> {
     /// Springs of stiffness `kpa_mm` everywhere, or of that which the layer beyond each face has.
     /// `materials` are those of the tetrahedra.
-    pub(crate) fn new(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>) -> Self {
+    pub(crate) fn new(mesh: &TetMesh, materials: &[Material], kpa_mm: Option<f64>) -> Self {
         let (mut faces, mut area, mut sum) = (Vec::new(), 0.0, 0.0);
         for CutFace { element, own, area_mm2, kpa_mm } in cut_springs_of(mesh, materials, kpa_mm) {
             area += area_mm2;
@@ -129,7 +129,7 @@ struct CutFace {
 
 /// The faces of the cut with their stiffness, kPa/mm: the one that is given, or that of the layer
 /// beyond.
-fn cut_springs_of(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>) -> Vec<CutFace> {
+fn cut_springs_of(mesh: &TetMesh, materials: &[Material], kpa_mm: Option<f64>) -> Vec<CutFace> {
     let thickness = if kpa_mm.is_none() { cut_thickness(mesh) } else { BTreeMap::new() };
     let face = |(element, own): (usize, [usize; 3])| {
         let points = own.map(|corner| mesh.tets()[element][corner]);

@@ -10,7 +10,7 @@ use crate::analysis::OutOfMemory;
 use crate::element::Elements;
 use crate::foundation::Foundation;
 use crate::krylov::{gmres, norm};
-use crate::material::{Gradient, LoadedState, NeoHookean};
+use crate::material::{Gradient, LoadedState, Material};
 use crate::model::{Folded, Model};
 use crate::outcome::SolveError;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
@@ -36,7 +36,7 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     /// Elements on the loaded shape.
     pub(crate) loaded: &'a Elements<N, Q>,
     /// What each element is made of.
-    pub(crate) materials: &'a [NeoHookean],
+    pub(crate) materials: &'a [Material],
     /// Springs on its cut.
     pub(crate) foundation: Option<&'a Foundation<N>>,
     /// The load, kPa/mm per stress-free volume.
@@ -52,7 +52,7 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
 impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     /// Residual forces (mN per node, held nodes included) at X = x + `y`.
     ///
-    /// f = dX/dx, F = f^-1, j = det f, b = F Fᵀ, σ = j [μ (b − I) − λ ln j I],
+    /// f = dX/dx, F = f^-1, j = det f, b = F Fᵀ, σ = j [m (b − I) − λ ln j I],
     /// R_a = Σ_q w [σ g_a − j N_a force], g_a and w on the loaded shape; springs on the cut add
     /// −∫ k N_a y dA.
     ///
@@ -108,7 +108,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
 
     fn state(&self, e: usize, q: usize, y: &[Vector]) -> Result<LoadedState, Folded> {
         let back = Gradient::new(self.loaded.gradient(e, q, y)).ok_or(Folded(e))?;
-        Ok(self.materials[e].loaded(&back))
+        self.materials[e].loaded(&back).ok_or(Folded(e))
     }
 
     /// X − x (mm per node) at which the residual is at most `goal` of the load; `None` when no such

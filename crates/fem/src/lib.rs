@@ -1,9 +1,11 @@
-//! Finite elements: a neo-Hookean breast under gravity.
+//! Finite elements: a hyperelastic breast under gravity.
 //!
 //! The displacement u of the nodes minimises ∫ Ψ(F) − ∫ ρ g · u over the stress-free shape, with
 //! F = I + grad u, J = det F,
 //!
-//! Ψ = μ/2 (tr FᵀF − 3) − μ ln J + λ/2 (ln J)², μ = E / 2(1+ν), λ = Eν / ((1+ν)(1−2ν)).
+//! Ψ = W(Q) + λ/2 (ln J)², Q = tr FᵀF − 3 − 2 ln J, μ = E / 2(1+ν), λ = Eν / ((1+ν)(1−2ν)),
+//!
+//! W = μ Q / 2 for the neo-Hookean solid; [`Law`] lists the others.
 //!
 //! The chest wall is held; the tissue beyond the region is replaced by springs on the cut, unless
 //! that is free or held ([`Cut`]); gravity turns instead of the patient. Elements are tetrahedra
@@ -30,7 +32,7 @@
 //! let boundary = TET_FACES.iter().zip(tags).map(face).collect();
 //! let mesh = TetMesh::new(corners.map(Point::from).to_vec(), vec![[0, 1, 2, 3]], boundary)?;
 //!
-//! let tissue = Tissue { young_kpa: 0.6, poisson: 0.45, density_kg_m3: 1000.0 };
+//! let tissue = Tissue { young_kpa: 0.6, poisson: 0.45, ..Tissue::default() };
 //! let load = Load { ct: supine(), target: sitting() };
 //! let body = Body::new(Arc::new(mesh), tissue);
 //! let (deformation, _) = solve(&body, &load, &Params::default(), Progress::none())?;
@@ -108,7 +110,7 @@ pub use outcome::Step;
 pub use params::{Info, Load, Params, SQUEEZED_DET_F, Tissue, Unloading};
 pub use quasi_newton::Budget;
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
-pub use supine_record::{Cut, RestState};
+pub use supine_record::{Cut, Law, RestState};
 
 pub use sensitivity::{Between, between, sensitivity};
 pub use sequence::Sequence;

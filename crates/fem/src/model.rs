@@ -1,9 +1,9 @@
 //! Energy, forces and stiffness of a meshed body.
 
-use crate::batch::{Batches, VolumeStrain};
+use crate::batch::{Kernel, VolumeStrain, kernel};
 use crate::element::{Elements, kept};
 use crate::foundation::Foundation;
-use crate::material::{Gradient, NeoHookean};
+use crate::material::{Gradient, Material};
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::sliding::Slide;
 use std::sync::Arc;
@@ -15,10 +15,10 @@ pub(crate) struct Model<const N: usize, const Q: usize> {
     /// Its elements.
     pub(crate) elements: Arc<Elements<N, Q>>,
     /// What each element is made of.
-    pub(crate) materials: Arc<[NeoHookean]>,
+    pub(crate) materials: Arc<[Material]>,
     /// Springs on its cut.
     pub(crate) foundation: Option<Arc<Foundation<N>>>,
-    batches: Arc<Batches<N, Q>>,
+    kernel: Arc<dyn Kernel<N, Q>>,
     /// Nodes that slide on a rigid body.
     pub(crate) slide: Option<Slide>,
 }
@@ -40,14 +40,11 @@ pub(crate) struct Folded(pub(crate) usize);
 
 impl<const N: usize, const Q: usize> Model<N, Q> {
     /// `elements` made of `materials`.
-    pub(crate) fn new(
-        elements: impl Into<Arc<Elements<N, Q>>>,
-        materials: Vec<NeoHookean>,
-    ) -> Self {
+    pub(crate) fn new(elements: impl Into<Arc<Elements<N, Q>>>, materials: Vec<Material>) -> Self {
         let elements = elements.into();
-        let batches = Arc::new(Batches::new(&elements, &materials));
+        let kernel = kernel(&elements, &materials);
         let materials = materials.into();
-        Self { elements, materials, foundation: None, batches, slide: None }
+        Self { elements, materials, foundation: None, kernel, slide: None }
     }
 
     /// The body on springs, if there are any.
@@ -98,7 +95,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     /// `None` when an element is turned inside out.
     pub(crate) fn evaluate(&self, u: &[Vector]) -> Option<(f64, Vec<Vector>)> {
         let mut forces = vec![Vector::zeros(); u.len()];
-        let energy = self.batches.evaluate(u, &mut forces)?;
+        let energy = self.kernel.evaluate(u, &mut forces)?;
         let springs = self.springs(u, &mut forces);
         Some((energy + springs, forces))
     }
@@ -133,13 +130,13 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     ///
     /// `None` when an element is turned inside out at `u`.
     pub(crate) fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
-        self.batches.predicted(u, step)
+        self.kernel.predicted(u, step)
     }
 
     /// Fills `blocks` with the stiffness
     ///
-    /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a, c
-    /// = λ ln J − μ, and that of the springs; with the `predicted` volume strain in place of ln J
+    /// K_ab = Σ_q w [m (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ + k s_a s_bᵀ], g_a = grad N_a, h_a =
+    /// F^-T g_a, s_a = F g_a − h_a ([`crate::material`]), and that of the springs; with the `predicted` volume strain in place of ln J
     /// in c, if there is one; projected where nodes slide.
     ///
     /// `None` when an element is turned inside out.
@@ -150,7 +147,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         pattern: &Pattern,
         blocks: &mut [Block],
     ) -> Option<()> {
-        self.batches.stiffness(u, predicted, pattern, blocks)?;
+        self.kernel.stiffness(u, predicted, pattern, blocks)?;
         if let Some(springs) = &self.foundation {
             springs.add_stiffness(1.0, pattern, blocks);
         }

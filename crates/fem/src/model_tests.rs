@@ -8,9 +8,18 @@ use crate::test_mesh::{block, tagged};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Edges};
+use supine_record::Law;
 use supine_space::Progress;
 
-const SOLID: NeoHookean = NeoHookean::of_lame(0.21, 1.89);
+/// Each element order with each law.
+macro_rules! each_law {
+    ($check:ident($($argument:expr),*)) => {
+        for law in Law::ALL {
+            $check::<4, 1>($($argument,)* law);
+            $check::<10, 4>($($argument,)* law);
+        }
+    };
+}
 
 /// Numbers in -1..1 from a fixed seed (linear congruence of Knuth).
 fn noise(count: usize) -> Vec<Vector> {
@@ -30,7 +39,7 @@ struct Body<const N: usize, const Q: usize> {
 }
 
 /// A shaken block; with `springs` on its whole surface but the wall.
-fn body<const N: usize, const Q: usize>(springs: bool) -> Body<N, Q> {
+fn body<const N: usize, const Q: usize>(springs: bool, law: Law) -> Body<N, Q> {
     let mesh = block([4, 3, 3], 5.0, 0.15);
     let edges = Edges::new(&mesh);
     let mut positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
@@ -51,8 +60,8 @@ fn body<const N: usize, const Q: usize>(springs: bool) -> Body<N, Q> {
         }
     }
     let elements = Elements::new(&positions, element_nodes(&mesh, &edges)).unwrap();
-    let stiffer = |t: usize| NeoHookean::of_lame(0.21 * (1.0 + 0.1 * (t % 7) as f64), 1.89);
-    let materials: Vec<NeoHookean> = (0..mesh.tets().len()).map(stiffer).collect();
+    let stiffer = |t: usize| Material::of_law(law, 0.21 * (1.0 + 0.1 * (t % 7) as f64), 1.89);
+    let materials: Vec<Material> = (0..mesh.tets().len()).map(stiffer).collect();
     let foundation = springs.then(|| {
         let cut = tagged(&mesh, |c| {
             let wall = c.iter().all(|p| p.z == 0.0);
@@ -72,8 +81,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
 }
 
-fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
-    let Body { model, .. } = body::<N, Q>(springs);
+fn check_derivatives<const N: usize, const Q: usize>(springs: bool, law: Law) {
+    let Body { model, .. } = body::<N, Q>(springs, law);
     let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
     let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
     let v: Vec<Vector> = noise(2 * count)[count..].to_vec();
@@ -112,8 +121,8 @@ fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
 }
 
 /// The predicted volume strain is that of the step to first order, and the stiffness takes it.
-fn check_predicted<const N: usize, const Q: usize>() {
-    let Body { model, .. } = body::<N, Q>(false);
+fn check_predicted<const N: usize, const Q: usize>(law: Law) {
+    let Body { model, .. } = body::<N, Q>(false, law);
     let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
     let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
     let v: Vec<Vector> = noise(2 * count)[count..].to_vec();
@@ -135,8 +144,7 @@ fn check_predicted<const N: usize, const Q: usize>() {
 
 #[test]
 fn the_predicted_volume_strain_is_of_first_order() {
-    check_predicted::<4, 1>();
-    check_predicted::<10, 4>();
+    each_law!(check_predicted());
 }
 
 fn energy<const N: usize, const Q: usize>(model: &Model<N, Q>, u: &[Vector]) -> f64 {
@@ -156,13 +164,12 @@ fn product(pattern: &Pattern, blocks: &[Block], x: &[f64]) -> Vec<f64> {
 #[test]
 fn forces_and_stiffness_are_slopes_and_the_stiffness_is_symmetric() {
     for springs in [false, true] {
-        check_derivatives::<4, 1>(springs);
-        check_derivatives::<10, 4>(springs);
+        each_law!(check_derivatives(springs));
     }
 }
 
-fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool) {
-    let Body { positions, model, .. } = body::<N, Q>(springs);
+fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool, law: Law) {
+    let Body { positions, model, .. } = body::<N, Q>(springs, law);
     let free = vec![false; positions.len()];
     let full = Pattern::new(&model.elements.nodes, &free, Storage::Full);
     let force = Vector::new(0.001, 0.004, -0.002);
@@ -205,15 +212,14 @@ fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool) {
 #[test]
 fn the_inverse_derivative_is_a_slope_and_its_residual_the_forward_one() {
     for springs in [false, true] {
-        check_inverse_derivative::<4, 1>(springs);
-        check_inverse_derivative::<10, 4>(springs);
+        each_law!(check_inverse_derivative(springs));
     }
 }
 
 /// A linear displacement of the surface gives the same linear displacement inside.
-fn check_patch<const N: usize, const Q: usize>() {
-    let Body { positions, model, outer } = body::<N, Q>(false);
-    let materials = vec![SOLID; model.materials.len()];
+fn check_patch<const N: usize, const Q: usize>(law: Law) {
+    let Body { positions, model, outer } = body::<N, Q>(false, law);
+    let materials = vec![Material::of_law(law, 0.21, 1.89); model.materials.len()];
     let model = Model::new(model.elements.only(&vec![true; materials.len()]), materials);
     assert!(outer.iter().filter(|o| !**o).count() > 5, "nodes inside");
     let gradient = Matrix::new(0.3, 0.2, 0.1, -0.1, -0.2, 0.15, 0.05, 0.1, 0.1);
@@ -236,12 +242,11 @@ fn check_patch<const N: usize, const Q: usize>() {
 
 #[test]
 fn patch_test() {
-    check_patch::<4, 1>();
-    check_patch::<10, 4>();
+    each_law!(check_patch());
 }
 
-fn check_rigid<const N: usize, const Q: usize>() {
-    let Body { positions, model, .. } = body::<N, Q>(false);
+fn check_rigid<const N: usize, const Q: usize>(law: Law) {
+    let Body { positions, model, .. } = body::<N, Q>(false, law);
     let turn = Rotation3::from_euler_angles(0.7, -0.4, 2.0).into_inner();
     let shift = Vector::new(30.0, -20.0, 10.0);
     let rigid: Vec<Vector> = positions.iter().map(|x| turn * x + shift - x).collect();
@@ -259,15 +264,14 @@ fn check_rigid<const N: usize, const Q: usize>() {
 
 #[test]
 fn a_rigid_motion_bears_no_force_and_forces_turn_with_the_observer() {
-    check_rigid::<4, 1>();
-    check_rigid::<10, 4>();
+    each_law!(check_rigid());
 }
 
 /// Straight quadratic elements carry −V/20 at corners and V/5 at mid-sides; the sum is the weight.
 #[test]
 fn the_load_is_the_weight() {
     let force = Vector::new(0.0, 0.0, -2.0);
-    let Body { positions, model, .. } = body::<10, 4>(false);
+    let Body { positions, model, .. } = body::<10, 4>(false, Law::NeoHookean);
     let volume: f64 = model.elements.weights.iter().flatten().sum();
     let load = model.elements.load(positions.len(), force);
     assert!((load.iter().sum::<Vector>() - force * volume).norm() < 1e-9 * volume);
@@ -282,7 +286,7 @@ fn the_load_is_the_weight() {
 
 #[test]
 fn a_folded_element_is_named() {
-    let Body { positions, model, .. } = body::<4, 1>(false);
+    let Body { positions, model, .. } = body::<4, 1>(false, Law::NeoHookean);
     let mut u = vec![Vector::zeros(); positions.len()];
     let element = model.elements.nodes[17];
     u[element[0] as usize] =

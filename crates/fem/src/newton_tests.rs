@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::element::{Elements, element_nodes};
-use crate::material::NeoHookean;
+use crate::material::Material;
 use crate::pattern::Storage;
 use crate::test_mesh::block;
 use supine_mesh::Edges;
@@ -27,7 +27,7 @@ fn problem(young_kpa: f64) -> Problem {
     let tissue = crate::Tissue { young_kpa, ..crate::Tissue::default() };
     let turned = supine_space::sitting() - supine_space::supine();
     let load = elements.load(positions.len(), turned * tissue.weight());
-    let materials = vec![NeoHookean::new(&tissue); mesh.tets().len()];
+    let materials = vec![Material::new(&tissue); mesh.tets().len()];
     let model = Model::new(elements, materials);
     let pattern = Arc::new(Pattern::new(&model.elements.nodes, &held, Storage::Lower));
     Problem { model, pattern, held, load }

@@ -2,10 +2,10 @@
 
 use crate::Error;
 use supine_mesh::Order;
-use supine_record::{Cut, RestState, Solve};
+use supine_record::{Cut, Law, RestState, Solve};
 use supine_space::{GRAVITY_M_S2, Vector, Warning};
 
-/// The soft tissue: homogeneous, compressible neo-Hookean.
+/// The soft tissue: homogeneous, isotropic, compressible.
 ///
 /// A modulus belongs to the rest state and the element order it was fitted with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,11 +16,22 @@ pub struct Tissue {
     pub poisson: f64,
     /// Density ρ, kg/m³.
     pub density_kg_m3: f64,
+    /// How it goes on beyond small strain.
+    pub law: Law,
+    /// How much the shear modulus grows by unit of Q at small strain, in proportion
+    /// ([`crate::material`]); nothing to a neo-Hookean solid.
+    pub stiffening: f64,
 }
 
 impl Default for Tissue {
     fn default() -> Self {
-        Self { young_kpa: 0.609, poisson: 0.45, density_kg_m3: 1000.0 }
+        Self {
+            young_kpa: 0.609,
+            poisson: 0.45,
+            density_kg_m3: 1000.0,
+            law: Law::NeoHookean,
+            stiffening: 0.0,
+        }
     }
 }
 
@@ -42,7 +53,10 @@ impl Tissue {
             (0.0..0.4999).contains(&nu),
             "at least 0 and below 0.4999",
         )?;
-        in_range("density (kg/m³)", rho, (1.0..=20_000.0).contains(&rho), "1 to 20000")
+        in_range("density (kg/m³)", rho, (1.0..=20_000.0).contains(&rho), "1 to 20000")?;
+        let b = self.stiffening;
+        let ok = self.law == Law::NeoHookean || (0.001..=20.0).contains(&b);
+        in_range("stiffening", b, ok, "0.001 to 20")
     }
 
     /// Weight ρ g per volume, kPa/mm.

@@ -3,7 +3,7 @@
 use crate::discretisation::Discretisation;
 use crate::foundation::Foundation;
 use crate::inverse::{Inverse, Solver};
-use crate::material::NeoHookean;
+use crate::material::Material;
 use crate::model::Model;
 use crate::newton::{Effort, KnownEquilibrium, Newton, norm};
 use crate::outcome::{Equilibrium, SolveError};
@@ -119,7 +119,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
 /// What resists deformation: the material of each element, and springs.
 #[derive(Clone, Copy)]
 struct Elastic<'a, const N: usize> {
-    materials: &'a [NeoHookean],
+    materials: &'a [Material],
     foundation: Option<&'a Foundation<N>>,
 }
 
@@ -378,7 +378,7 @@ impl Job<'_> {
     /// The springs on the cut of a body of these materials, if there are any.
     pub(crate) fn foundation<const N: usize>(
         &self,
-        materials: &[NeoHookean],
+        materials: &[Material],
     ) -> Option<Foundation<N>> {
         let springs = self.params.cut == Cut::Spring;
         springs.then(|| Foundation::new(&self.body.mesh, materials, self.params.spring_kpa_mm))

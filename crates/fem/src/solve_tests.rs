@@ -1,7 +1,7 @@
 //! The whole solver on blocks of tetrahedra: known solutions, refusals, and hard cases.
 
 use crate::test_mesh::{block, tagged};
-use crate::{Body, Cut, Error, Load, Params, RestState, SQUEEZED_DET_F, Tissue, solve};
+use crate::{Body, Cut, Error, Law, Load, Params, RestState, SQUEEZED_DET_F, Tissue, solve};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_mesh::{BoundaryTag, Edges, Order, TetMesh};
@@ -340,7 +340,7 @@ fn the_same_input_gives_the_same_bits() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20))]
+    #![proptest_config(ProptestConfig::with_cases(30))]
 
     /// Whatever the tissue, the tilt and the mesh: an equilibrium without folds at the quadrature
     /// points, or a typed error.
@@ -353,11 +353,13 @@ proptest! {
         lat_deg in -90.0..90.0f64,
         quadratic: bool,
         unloaded: bool,
+        law in prop::sample::select(Law::ALL.to_vec()),
+        stiffening in 0.01..2.0f64,
     ) {
         let mesh = block([3, 2, 2], 15.0, shake);
         let order = BOTH[usize::from(quadratic)];
         let rest = if unloaded { RestState::Unloaded } else { RestState::Net };
-        let tissue = Tissue { young_kpa, poisson, ..Tissue::default() };
+        let tissue = Tissue { young_kpa, poisson, law, stiffening, ..Tissue::default() };
         let load = to(TablePose { ap_deg, lat_deg }.gravity());
         match solve(&Body::new(mesh.clone(), tissue), &load, &params(order, rest), Progress::none()) {
             Ok((u, info)) => {

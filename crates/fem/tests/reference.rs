@@ -10,8 +10,8 @@ use ndarray_npy::NpzReader;
 use std::fs::File;
 use std::sync::Arc;
 use supine_fem::{
-    Applicator, Body, Contact, Cut, Error, Info, Insertion, Load, Params, RestState, SphereOnShaft,
-    Tissue, sensitivity, solve, unload,
+    Applicator, Body, Contact, Cut, Error, Info, Insertion, Law, Load, Params, RestState,
+    SphereOnShaft, Tissue, sensitivity, solve, unload,
 };
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{Point, Pose, Progress, TablePose, Vector, sitting, supine};
@@ -106,6 +106,29 @@ fn net_agrees() {
         let net = FREE;
         assert!(case.difference("net_tilt", tilt(), E, net) < CLOSE_MM);
         assert!(case.difference("net_sit", sitting(), E, net) < CLOSE_MM);
+    }
+}
+
+/// Against felupe, which was given the energies alone: fixtures/fem/make_laws.py.
+#[test]
+fn other_laws_agree() {
+    let case = &BOTH[1];
+    let stored = |name: &str| {
+        let field: Array2<f64> = open("laws_1.6k_P2").by_name(name).unwrap();
+        field.rows().into_iter().map(|r| Vector::new(r[0], r[1], r[2])).collect::<Vec<_>>()
+    };
+    for (law, stiffening) in [(Law::Exponential, 1.5), (Law::Gent, 0.5)] {
+        let body = Body::new(mesh(case.name), Tissue { law, stiffening, ..Tissue::default() });
+        for (rest, short) in [(RestState::Net, "net"), (RestState::Unloaded, "unl")] {
+            for (target, pose) in [(tilt(), "tilt"), (sitting(), "sit")] {
+                let params = Params { rest, ..FREE };
+                let load = Load { ct: supine(), target };
+                let (u, _) = solve(&body, &load, &params, Progress::none()).unwrap();
+                let theirs = stored(&format!("{law}_{short}_{pose}"));
+                let off = largest_difference(u.displacement().values(), &theirs);
+                assert!(off < SOFT_MM, "{law} {short} {pose}: {off:e} mm");
+            }
+        }
     }
 }
 

@@ -20,7 +20,7 @@ pub use patient::PatientIdentity;
 pub use quality_check::QualityCheck;
 pub use solve::Solve;
 pub use sphere::SphereRecord;
-pub use tissue::{Cut, RestState};
+pub use tissue::{Cut, Law, RestState};
 pub use uncertainty::{ModulusOrigin, UncertaintyShare, UncertaintySource};
 pub use wall::{UncertainPatch, WallUncertainty};
 pub use warp::{DenseFate, DenseThing, Jacobian, Warp};

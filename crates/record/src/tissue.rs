@@ -34,6 +34,44 @@ impl fmt::Display for RestState {
     }
 }
 
+/// How tissue resists beyond small strain, where all laws agree.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Law {
+    /// Compressible neo-Hookean.
+    #[default]
+    NeoHookean,
+    /// Stiffens exponentially.
+    Exponential,
+    /// Stiffens without bound towards a largest stretch.
+    Gent,
+}
+
+impl Law {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::NeoHookean, Self::Exponential, Self::Gent];
+
+    /// Name in case files, on the command line, in summaries and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NeoHookean => "neo-hookean",
+            Self::Exponential => "exponential",
+            Self::Gent => "gent",
+        }
+    }
+
+    /// Whether it is the one of cases that name none.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl fmt::Display for Law {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 /// What happens at the sphere that bounds the region.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]

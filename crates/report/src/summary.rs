@@ -24,8 +24,8 @@ pub use moved::{
 pub use run::{Link, Run, SourceSeries, StageTime};
 pub use supine_record::{
     Consistency, Curved, Cut, DenseFate, DenseThing, DeviationParts, FitStep, FittedTissues,
-    Jacobian, ModulusOrigin, QualityCheck, RestState, SkinDistances, Solve, SphereRecord, StateFit,
-    SurfaceDistance, TissueLevels, UncertainPatch, UncertaintyShare, UncertaintySource,
+    Jacobian, Law, ModulusOrigin, QualityCheck, RestState, SkinDistances, Solve, SphereRecord,
+    StateFit, SurfaceDistance, TissueLevels, UncertainPatch, UncertaintyShare, UncertaintySource,
     WallUncertainty, Warp,
 };
 pub use verdict::{Colour, Reason, Status, Verdict};
@@ -189,6 +189,12 @@ pub struct Tissue {
     pub poisson: f64,
     /// Density, kg/m³.
     pub density_kg_m3: f64,
+    /// How it goes on beyond small strain; absent: neo-Hookean.
+    #[serde(default, skip_serializing_if = "Law::is_default")]
+    pub law: Law,
+    /// How much a law that stiffens does so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffening: Option<f64>,
     /// What is taken as stress-free.
     pub rest: RestState,
     /// Element order: 1 linear, 2 quadratic.

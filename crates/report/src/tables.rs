@@ -217,6 +217,9 @@ fn tissue(s: &Summary) -> Table {
     t.row("Rest state", p.tissue.rest.to_string());
     t.row("Poisson's ratio", p.tissue.poisson.to_string());
     t.row("Density", format!("{} kg/m³", p.tissue.density_kg_m3));
+    if let Some(stiffening) = p.tissue.stiffening {
+        t.row("Law", format!("{}, stiffening {stiffening}", p.tissue.law));
+    }
     t.row("Elements", order(p.tissue.order).into());
     t.row("At the cut", p.tissue.cut.to_string());
     t.row("Region centre", place(p.region.centre_mm));

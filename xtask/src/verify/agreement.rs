@@ -8,6 +8,7 @@ use serde_json::Value;
 use std::fmt::Write;
 
 const AGREEMENT_TEXT: &str = include_str!("agreement.md");
+const LAWS_TEXT: &str = include_str!("laws.md");
 const CONVERGENCE_TEXT: &str = include_str!("convergence.md");
 /// Relative residual of the solutions that are compared node by node.
 const TOLERANCE: f64 = 1e-10;
@@ -50,6 +51,31 @@ const LACKING: [(&str, u8, &[&str]); 2] = [
         ],
     ),
 ];
+
+/// Laws that stiffen, as `fixtures/fem/make_laws.py` gave them to felupe.
+const LAWS: [(&str, &str); 2] = [("exponential", "1.5"), ("gent", "0.5")];
+const LAW_FIELDS: [&str; 5] = ["net_tilt", "net_sit", "unl_X", "unl_tilt", "unl_sit"];
+
+/// Text and table of the laws that stiffen.
+pub(super) fn laws(mechanics: &Mechanics<'_>) -> Result<String> {
+    let mut page = String::from(LAWS_TEXT);
+    for field in LAW_FIELDS {
+        let plain = mechanics.own("1.6k", 2, field, TOLERANCE)?;
+        for (law, b) in LAWS {
+            let own = mechanics.by_law((law, b), field, TOLERANCE)?;
+            let off = number(&own, "/off")?;
+            ensure!(off <= SOFT_MM, "{law} {field} is {off:.1e} off");
+            let [steps, plainly] = [&own, &plain].map(|told| told["iterations"].to_string());
+            let [cost, plain_cost] = [number(&own, "/cpu_s")?, number(&plain, "/cpu_s")?];
+            let times = cost / plain_cost;
+            writeln!(
+                page,
+                "| `{law}` {b} | `{field}` | {off:.1e} | {steps} ({plainly}) | {cost:.3} | {times:.2} |"
+            )?;
+        }
+    }
+    Ok(page)
+}
 
 /// Text and table of the agreement.
 pub(super) fn agreement(mechanics: &Mechanics<'_>) -> Result<String> {

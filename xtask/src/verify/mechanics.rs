@@ -61,9 +61,27 @@ impl<'a> Mechanics<'a> {
         Ok(serde_json::from_str(&output(own.arg("curved"))?)?)
     }
 
+    /// The same on the coarse mesh by quadratic elements of another law, beside felupe's field.
+    pub(super) fn by_law(&self, (law, b): (&str, &str), field: &str, goal: f64) -> Result<Value> {
+        let fixtures = self.bench.house.root.join("fixtures/fem");
+        let mut own = self.solution_in(&fixtures, "1.6k", 2, field, goal);
+        Ok(serde_json::from_str(&output(own.args([law, b]))?)?)
+    }
+
     fn solution(&self, mesh: &str, order: u8, field: &str, goal: f64) -> Command {
+        self.solution_in(&self.reference(), mesh, order, field, goal)
+    }
+
+    fn solution_in(
+        &self,
+        reference: &Path,
+        mesh: &str,
+        order: u8,
+        field: &str,
+        goal: f64,
+    ) -> Command {
         let mut own = Command::new(self.binaries.join("bench-mechanics"));
-        own.env("RAYON_NUM_THREADS", "1").arg(self.reference());
+        own.env("RAYON_NUM_THREADS", "1").arg(reference);
         own.arg(mesh).arg(order.to_string()).arg(field).arg(goal.to_string());
         own
     }

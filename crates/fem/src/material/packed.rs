@@ -1,6 +1,7 @@
-//! The same solid for several elements at once: what a solver spends its time on.
+//! The same for several elements at once: what a solver spends its time on.
 
-use super::NeoHookean;
+use super::Material;
+use super::laws::Stretching;
 use supine_space::{LANES, Pack};
 
 /// A vector and a matrix (row by row) of several elements.
@@ -49,48 +50,54 @@ impl PackedGradient {
         ];
         Some(Self { gradient: h, inverse, ln_j: swelling.ln_1p() })
     }
-}
 
-/// The solids of several elements.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PackedNeoHookean {
-    mu: Pack,
-    lambda: Pack,
-}
-
-impl PackedNeoHookean {
-    /// The materials `of` each lane.
-    pub(crate) fn new(of: [&NeoHookean; LANES]) -> Self {
-        Self { mu: Pack(of.map(|m| m.mu)), lambda: Pack(of.map(|m| m.lambda)) }
-    }
-
-    /// c = λ ln J − μ, kPa.
+    /// As [`super::Gradient::q`].
     #[inline(always)]
-    fn c(&self, ln_j: Pack) -> Pack {
-        self.lambda * ln_j - self.mu
-    }
-
-    /// Ψ, kPa.
-    #[inline(always)]
-    pub(crate) fn energy(&self, state: &PackedGradient) -> Pack {
-        let h = &state.gradient;
+    fn q(&self) -> Pack {
+        let h = &self.gradient;
         let trace = h[0] + h[4] + h[8];
         let mut squares = Pack::ZERO;
         h.iter().for_each(|v| squares += *v * *v);
-        let (two, half) = (Pack::all(2.0), Pack::all(0.5));
-        self.mu * (half * (two * trace + squares) - state.ln_j)
-            + half * self.lambda * state.ln_j * state.ln_j
+        let two = Pack::all(2.0);
+        two * trace + squares - two * self.ln_j
+    }
+}
+
+/// The materials of several elements, all of the law `L`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PackedMaterial<L> {
+    law: L,
+    lambda: Pack,
+}
+
+impl<L: Stretching<Pack>> PackedMaterial<L> {
+    /// The materials `of` each lane.
+    pub(crate) fn new(of: [&Material; LANES]) -> Self {
+        let law = L::new(Pack(of.map(|m| m.mu)), Pack(of.map(|m| m.stiffening)));
+        Self { law, lambda: Pack(of.map(|m| m.lambda)) }
     }
 
-    /// P times `weight`: μ F + c F^-T.
+    /// Ψ, kPa; `None` when tissue cannot be stretched so far.
+    #[inline(always)]
+    pub(crate) fn energy(&self, state: &PackedGradient) -> Option<Pack> {
+        let q = state.q();
+        if L::STIFFENS && !self.law.reaches(q) {
+            return None;
+        }
+        let half = Pack::all(0.5);
+        Some(self.law.energy(q) + half * self.lambda * state.ln_j * state.ln_j)
+    }
+
+    /// P times `weight`: m F + c F^-T.
     #[inline(always)]
     pub(crate) fn stress(&self, state: &PackedGradient, weight: Pack) -> Nine {
-        let (mu, c) = (self.mu * weight, self.c(state.ln_j) * weight);
+        let m = self.law.shear(state.q());
+        let (m, c) = (m * weight, (self.lambda * state.ln_j - m) * weight);
         let mut stress = state.gradient;
         for i in 0..3 {
             stress[4 * i] += Pack::all(1.0);
             for k in 0..3 {
-                stress[3 * i + k] = stress[3 * i + k] * mu + state.inverse[3 * k + i] * c;
+                stress[3 * i + k] = stress[3 * i + k] * m + state.inverse[3 * k + i] * c;
             }
         }
         stress
@@ -106,7 +113,9 @@ impl PackedNeoHookean {
         gradients: &[Triple; N],
         blocks: &mut [Nine],
     ) {
-        let (mu, c, lambda) = (weight * self.mu, weight * self.c(ln_j), weight * self.lambda);
+        let m = self.law.shear(state.q());
+        let (mu, c) = (weight * m, weight * (self.lambda * ln_j - m));
+        let lambda = weight * self.lambda;
         let mut h = [[Pack::ZERO; 3]; N];
         for (h, g) in h.iter_mut().zip(gradients) {
             for i in 0..3 {
@@ -127,6 +136,42 @@ impl PackedNeoHookean {
                         block[3 * i + k] += by_lambda[i] * h[b][k] - h[b][i] * by_c[k];
                     }
                     block[4 * i] += own;
+                }
+            }
+        }
+        if L::STIFFENS {
+            self.add_growth((state, &h), weight, gradients, blocks);
+        }
+    }
+
+    /// Adds k s_a s_bᵀ, s = F g − F^-T g.
+    #[inline(always)]
+    fn add_growth<const N: usize>(
+        &self,
+        (state, h): (&PackedGradient, &[Triple; N]),
+        weight: Pack,
+        gradients: &[Triple; N],
+        blocks: &mut [Nine],
+    ) {
+        let growth = weight * self.law.growth(state.q());
+        let mut s = [[Pack::ZERO; 3]; N];
+        for a in 0..N {
+            let (g, d) = (&gradients[a], &state.gradient);
+            for i in 0..3 {
+                let moved = d[3 * i] * g[0] + d[3 * i + 1] * g[1] + d[3 * i + 2] * g[2];
+                s[a][i] = g[i] + moved - h[a][i];
+            }
+        }
+        let mut pair = 0;
+        for a in 0..N {
+            let by_growth = s[a].map(|v| v * growth);
+            for b in 0..=a {
+                let block = &mut blocks[pair];
+                pair += 1;
+                for i in 0..3 {
+                    for k in 0..3 {
+                        block[3 * i + k] += by_growth[i] * s[b][k];
+                    }
                 }
             }
         }

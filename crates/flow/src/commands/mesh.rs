@@ -34,6 +34,8 @@ pub const KEYS: &[&str] = &[
     "tissue.young",
     "tissue.poisson",
     "tissue.density",
+    "tissue.law",
+    "tissue.stiffening",
     "tissue.rest",
     "tissue.cut",
     "tissue.spring",

@@ -18,6 +18,8 @@ pub const KEYS: &[&str] = &[
     "tissue.young",
     "tissue.poisson",
     "tissue.density",
+    "tissue.law",
+    "tissue.stiffening",
     "tissue.rest",
     "tissue.cut",
     "tissue.spring",
@@ -165,6 +167,12 @@ fn problem(given: &Solve, law: &Law, body: &Body) -> Result<(), Error> {
     let (solver, load) = (law.solver(), law.load());
     if solver.rest == RestState::Unloaded {
         return Err(usage("--problem: the mesh is the stress-free shape with --rest net only"));
+    }
+    let told = law.tissue().law;
+    if !told.is_default() {
+        return Err(usage(format!(
+            "--problem: neither FEBio nor Abaqus has the law {told}: such a file is written with law = \"neo-hookean\" only"
+        )));
     }
     let springs = if solver.cut == Cut::Spring {
         let springs =

@@ -14,12 +14,22 @@ pub(crate) struct Law {
     young_kpa: f64,
     poisson: f64,
     density_kg_m3: f64,
+    #[serde(skip_serializing_if = "supine_fem::Law::is_default")]
+    law: supine_fem::Law,
+    #[serde(skip_serializing_if = "is_none")]
+    stiffening: f64,
     rest: RestState,
     cut: Cut,
     spring_kpa_mm: Option<f64>,
     order: u8,
     /// Directions of gravity in the CT and on the table, unit vectors, LPS.
     gravity: [[f64; 3]; 2],
+}
+
+/// Whether a law has no such parameter.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_none(stiffening: &f64) -> bool {
+    *stiffening <= 0.0
 }
 
 impl Law {
@@ -29,11 +39,13 @@ impl Law {
 
     /// The law of a case under another load than that of its table.
     pub(crate) fn under(case: &Case, load: Load) -> Self {
-        let Tissue { young_kpa, poisson, density_kg_m3 } = case.tissue;
+        let Tissue { young_kpa, poisson, density_kg_m3, law, stiffening } = case.tissue;
         Self {
             young_kpa,
             poisson,
             density_kg_m3,
+            law,
+            stiffening,
             rest: case.rest,
             cut: case.cut,
             spring_kpa_mm: case.spring_kpa_mm,
@@ -49,8 +61,8 @@ impl Law {
     }
 
     pub(crate) fn tissue(&self) -> Tissue {
-        let Self { young_kpa, poisson, density_kg_m3, .. } = *self;
-        Tissue { young_kpa, poisson, density_kg_m3 }
+        let Self { young_kpa, poisson, density_kg_m3, law, stiffening, .. } = *self;
+        Tissue { young_kpa, poisson, density_kg_m3, law, stiffening }
     }
 
     pub(crate) fn load(&self) -> Load {

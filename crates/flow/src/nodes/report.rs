@@ -37,7 +37,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 17;
+    const METHOD: u32 = 18;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;
@@ -240,6 +240,8 @@ fn tissue(case: &Case, moduli: Option<&supine_report::Moduli>) -> Tissue {
         moduli: moduli.cloned(),
         poisson: case.tissue.poisson,
         density_kg_m3: case.tissue.density_kg_m3,
+        law: case.tissue.law,
+        stiffening: Some(case.tissue.stiffening).filter(|_| !case.tissue.law.is_default()),
         rest: case.rest,
         order: case.mesh.order.number(),
         cut: case.cut,

@@ -1,6 +1,7 @@
 //! The fixed texts that say what a product is.
 
 use crate::spec::{Case, CaseError, Stiffness};
+use supine_fem::Law;
 
 /// Said by every slice of an export.
 pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
@@ -36,13 +37,14 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
     let pose = case.table_pose()?;
     Ok(format!(
         "DERIVED: simulated deformation by supine {}; not acquired anatomy. Breast {}, operating \
-         table AP {} deg (head up), LAT {} deg (left side down). Neo-Hookean finite elements of \
+         table AP {} deg (head up), LAT {} deg (left side down). {} of \
          order {}, E {}, nu {}, density {} kg/m3, rest state {}, cut {}; chest wall fixed. CT \
          resampled ({}), HU carried unchanged.",
         env!("CARGO_PKG_VERSION"),
         case.breast()?,
         pose.ap_deg,
         pose.lat_deg,
+        law(case),
         case.mesh.order.number(),
         stiffness(case),
         case.tissue.poisson,
@@ -51,6 +53,14 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
         case.cut.name(),
         case.interpolation.name(),
     ))
+}
+
+/// The law in words.
+fn law(case: &Case) -> String {
+    match case.tissue.law {
+        Law::NeoHookean => "Neo-Hookean finite elements".into(),
+        law => format!("Finite elements (law {law}, stiffening {})", case.tissue.stiffening),
+    }
 }
 
 /// The moduli in words.

@@ -29,6 +29,11 @@ pub(super) fn modulus<const N: usize>(case: &Case) -> Json {
     case.stiffness.filter(|stiffness| stiffness.given).map(|stiffness| stiffness.kpa[N]).into()
 }
 
+/// How much the law stiffens, where it does.
+pub(super) fn stiffening(case: &Case) -> Json {
+    Some(case.tissue.stiffening).filter(|_| !case.tissue.law.is_default()).into()
+}
+
 /// The rest state, unless both are fitted.
 pub(super) fn rest(case: &Case) -> Json {
     let both = case.fit_scans().is_some_and(|scans| scans.states.len() > 1);

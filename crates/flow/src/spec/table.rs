@@ -5,6 +5,7 @@ use super::derived;
 use super::parameter::row;
 pub use super::parameter::{Kind, Parameter, Preset};
 use Preset::{Absent, Required};
+use supine_fem::Law;
 
 /// The choice of `export.padding` that some systems need.
 pub(crate) const CLIPPED: &str = "clipped";
@@ -200,6 +201,20 @@ pub static TABLE: &[Parameter] = &[
         Preset::Number(1000.0),
         "density",
     ),
+    row(
+        ("tissue.law", "law"),
+        Kind::Choice(&[Law::NeoHookean.name(), Law::Exponential.name(), Law::Gent.name()]),
+        "",
+        Preset::Choice(Law::NeoHookean.name()),
+        "how tissue resists beyond small strain: exponential and gent stiffen",
+    ),
+    row(
+        ("tissue.stiffening", "stiffening"),
+        Kind::Number { min: 0.001, max: 20.0 },
+        "",
+        Absent("1.5"),
+        "how much the shear modulus grows by unit of Q = tr C - 3 - 2 ln J at small strain, with law = \"exponential\" or \"gent\"",
+    ).derived(derived::stiffening),
     row(
         ("tissue.rest", "rest"),
         Kind::Choice(&["net", "unloaded"]),

@@ -4,7 +4,7 @@ use super::case::{FitScans, ScansSpec, Stiffness, StiffnessMap};
 use super::error::{CaseError, value};
 use super::given::{Given, missing};
 use super::value::Value;
-use supine_fem::{Cut, RestState, Tissue};
+use supine_fem::{Cut, Law, RestState, Tissue};
 
 /// Young's moduli of fat, gland, skin and tumour in proportion to that of fat, when nothing else is
 /// said.
@@ -42,13 +42,35 @@ pub(super) fn young_interval(given: Given<'_>) -> Result<Option<[f64; 2]>, CaseE
     Ok(Some(*ends))
 }
 
+/// How much a law stiffens when nothing else is said. Assumed: curves of fat outside the body are
+/// steeper, and no breast was measured in place.
+pub(super) const STIFFENING: f64 = 1.5;
+
 /// The law with one modulus.
 pub(super) fn law(given: Given<'_>) -> Tissue {
     let default = Tissue::default();
+    let word = given.word("tissue.law");
+    let law = Law::ALL.into_iter().find(|law| law.name() == word).unwrap_or_default();
+    let stiffening = given.number("tissue.stiffening").unwrap_or(STIFFENING);
     Tissue {
+        law,
+        stiffening: if law.is_default() { default.stiffening } else { stiffening },
         young_kpa: given.number("tissue.young").unwrap_or(default.young_kpa),
         poisson: given.number("tissue.poisson").unwrap_or(default.poisson),
         density_kg_m3: given.number("tissue.density").unwrap_or(default.density_kg_m3),
+    }
+}
+
+/// That a law which stiffens is asked for where it is said how much.
+///
+/// # Errors
+/// [`CaseError::Value`].
+pub(super) fn check_stiffening(given: Given<'_>) -> Result<(), CaseError> {
+    match given.number("tissue.stiffening") {
+        Some(_) if law(given).law.is_default() => {
+            Err(value("tissue.stiffening", "only with law = \"exponential\" or \"gent\""))
+        }
+        _ => Ok(()),
     }
 }
 

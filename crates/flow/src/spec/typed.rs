@@ -25,6 +25,7 @@ impl Case {
     pub(super) fn of(values: &Values) -> Result<Self, CaseError> {
         let given = Given(values);
         let stiffness = tissue::stiffness(given)?;
+        tissue::check_stiffening(given)?;
         let mut case = Self {
             ct: given.file("ct"),
             series: given.text("series"),

@@ -81,6 +81,8 @@ const TISSUE: &[Change<'_>] = &[
     ("tissue.young", "0.7", MESH),
     ("tissue.poisson", "0.44", MESH),
     ("tissue.density", "950.0", MESH),
+    ("tissue.law", "\"exponential\"", MESH),
+    ("tissue.stiffening", "1.2", MESH),
     ("tissue.rest", "\"unloaded\"", MESH),
     ("tissue.spring", "0.05", MESH),
     ("tissue.young_interval", "[0.5, 0.9]", MESH),

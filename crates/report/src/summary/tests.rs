@@ -39,6 +39,8 @@ pub(crate) fn example() -> Summary {
                 moduli: None,
                 poisson: 0.45,
                 density_kg_m3: 1000.0,
+                law: Law::NeoHookean,
+                stiffening: None,
                 rest: RestState::Net,
                 order: 2,
                 cut: Cut::Free,
