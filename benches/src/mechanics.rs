@@ -1,5 +1,6 @@
 //! A cold solution of one of the problems of the reference data, its cost and its error:
-//! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved | LAW STIFFENING]`, JSON on stdout.
+//! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved | LAW STIFFENING |
+//! fibres RATIO]`, JSON on stdout.
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the
 //! name of one of its displacement fields (`net_tilt`), `unl_X` for the stress-free shape, or
@@ -46,8 +47,12 @@ fn main() -> Result<()> {
     let curved = sides == ["curved"];
     if let [name, stiffening] = sides {
         let law = Law::ALL.into_iter().find(|law| law.name() == name);
-        problem.tissue.law = law.context("no such law")?;
-        problem.tissue.stiffening = stiffening.parse()?;
+        if name == "fibres" {
+            problem.tissue.fibres = stiffening.parse()?;
+        } else {
+            problem.tissue.law = law.context("no such law")?;
+            problem.tissue.stiffening = stiffening.parse()?;
+        }
     }
     ensure!(curved || [0, 2].contains(&sides.len()), "{sides:?} is neither `curved` nor a law");
     if curved {
@@ -188,11 +193,12 @@ impl Reference {
         problem: &Problem,
         u: &Displacement,
     ) -> Result<Option<f64>> {
-        let law = problem.tissue.law;
-        let (stored, field) = if law.is_default() {
+        let Tissue { law, fibres, .. } = problem.tissue;
+        let name = if fibres > 0.0 { "fibres" } else { law.name() };
+        let (stored, field) = if fibres <= 0.0 && law.is_default() {
             (self.fields(mesh, order)?, field.to_owned())
         } else {
-            (self.open(&format!("laws_{mesh}_P{}", order.number())).ok(), format!("{law}_{field}"))
+            (self.open(&format!("laws_{mesh}_P{}", order.number())).ok(), format!("{name}_{field}"))
         };
         let Some(mut stored) = stored else { return Ok(None) };
         let stored = match stored.by_name::<_, ndarray::Ix2>(&field) {

@@ -4,7 +4,10 @@
 //! are tested against.
 
 use crate::element::Elements;
-use crate::material::{Material, Nine, PackedGradient, PackedMaterial, Stretching, Triple, by_law};
+use crate::material::{
+    Fibres, Material, Nine, PackedFibres, PackedGradient, PackedMaterial, Stretching, Triple,
+    by_law,
+};
 use crate::pattern::{Block, Pattern};
 use pulp::{Arch, Simd, WithSimd};
 use std::fmt::Debug;
@@ -19,6 +22,7 @@ struct Batch<L, const N: usize, const Q: usize> {
     gradients: [[Triple; N]; Q],
     weights: [Pack; Q],
     material: PackedMaterial<L>,
+    fibres: Option<Box<PackedFibres<Q>>>,
 }
 
 /// All elements of a body, whatever their law.
@@ -49,9 +53,10 @@ pub(crate) trait Kernel<const N: usize, const Q: usize>: Debug + Send + Sync {
 pub(crate) fn kernel<const N: usize, const Q: usize>(
     elements: &Elements<N, Q>,
     materials: &[Material],
+    fibres: Option<&Fibres<Q>>,
 ) -> Arc<dyn Kernel<N, Q>> {
     let law = materials.first().map_or(Law::default(), Material::law);
-    by_law!(law, Pack, L => Arc::new(Batches::<L, N, Q>::new(elements, materials)))
+    by_law!(law, Pack, L => Arc::new(Batches::<L, N, Q>::new(elements, materials, fibres)))
 }
 
 /// All elements of a body of the law `L`.
@@ -67,7 +72,7 @@ pub(crate) struct VolumeStrain<const Q: usize>(Vec<[Pack; Q]>);
 
 impl<L: Stretching<Pack>, const N: usize, const Q: usize> Batches<L, N, Q> {
     /// `elements` of `materials`, in their order.
-    fn new(elements: &Elements<N, Q>, materials: &[Material]) -> Self {
+    fn new(elements: &Elements<N, Q>, materials: &[Material], fibres: Option<&Fibres<Q>>) -> Self {
         let count = elements.nodes.len();
         let batch = |first: usize| {
             let own: [usize; LANES] = std::array::from_fn(|lane| (first + lane).min(count - 1));
@@ -86,6 +91,7 @@ impl<L: Stretching<Pack>, const N: usize, const Q: usize> Batches<L, N, Q> {
                     Pack(std::array::from_fn(of))
                 }),
                 material: PackedMaterial::new(own.map(|e| &materials[e])),
+                fibres: fibres.map(|fibres| Box::new(fibres.pack(own))),
             }
         };
         Self { elements: count, batches: (0..count).step_by(LANES).map(batch).collect() }
@@ -219,10 +225,13 @@ impl<L: Stretching<Pack>, const N: usize, const Q: usize> Batch<L, N, Q> {
         let u = self.gather(u);
         let mut own = [[Pack::ZERO; 3]; N];
         let mut energy = Pack::ZERO;
-        for (gradients, weight) in self.gradients.iter().zip(&self.weights) {
+        for (q, (gradients, weight)) in self.gradients.iter().zip(&self.weights).enumerate() {
             let state = PackedGradient::new(gradient(&u, gradients))?;
             energy += *weight * self.material.energy(&state)?;
-            let stress = self.material.stress(&state, *weight);
+            let mut stress = self.material.stress(&state, *weight);
+            if let Some(fibres) = &self.fibres {
+                energy += fibres.add_stress(q, &state, *weight, &mut stress)?;
+            }
             for (force, g) in own.iter_mut().zip(gradients) {
                 for i in 0..3 {
                     force[i] +=
@@ -273,6 +282,9 @@ impl<L: Stretching<Pack>, const N: usize, const Q: usize> Batch<L, N, Q> {
             let state = PackedGradient::new(gradient(&u, gradients))?;
             let ln_j = predicted.map_or(state.ln_j, |strain| strain[q]);
             self.material.add_tangent((&state, ln_j), *weight, gradients, blocks);
+            if let Some(fibres) = &self.fibres {
+                fibres.add_tangent(q, &state, *weight, (gradients, blocks));
+            }
         }
         Some(())
     }

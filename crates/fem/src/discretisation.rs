@@ -2,6 +2,7 @@
 
 use crate::curved::Straightening;
 use crate::element::{Elements, element_nodes};
+use crate::fibre_directions::wall_to_skin;
 use crate::pattern::{Pattern, Storage};
 use crate::{Error, Job, support};
 use std::sync::{Arc, OnceLock};
@@ -15,6 +16,8 @@ pub(crate) struct Discretisation<const N: usize, const Q: usize> {
     pub(crate) held: Vec<bool>,
     /// The elements there.
     pub(crate) elements: Arc<Elements<N, Q>>,
+    /// Directions of fibres at the quadrature points, if the tissue has fibres.
+    pub(crate) fibres: Option<Vec<[Vector; Q]>>,
     /// Pattern of the stiffness.
     pub(crate) lower: Arc<Pattern>,
     /// The same with all entries.
@@ -37,7 +40,9 @@ impl<const N: usize, const Q: usize> Discretisation<N, Q> {
         let lower = Arc::new(Pattern::new(&elements.nodes, &held, Storage::Lower));
         let straight = job.straightening::<N>(&positions);
         let elements = Arc::new(elements);
-        Ok(Self { positions, held, elements, lower, full: OnceLock::new(), straight })
+        let fibred = job.body.tissue.fibres > 0.0;
+        let fibres = fibred.then(|| wall_to_skin(&job.body.mesh));
+        Ok(Self { positions, held, elements, fibres, lower, full: OnceLock::new(), straight })
     }
 
     /// The pattern of the unsymmetric derivative, found when first asked for.

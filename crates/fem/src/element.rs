@@ -42,7 +42,7 @@ pub(crate) fn parent_slopes<const N: usize>(l: [f64; 4]) -> [Vector; N] {
 /// Barycentric coordinates of the quadrature points; each has the same share of the volume.
 ///
 /// One point: exact to degree 1. Four points: degree 2 (Hammer, Marlowe and Stroud 1956).
-fn quadrature<const Q: usize>() -> [[f64; 4]; Q] {
+pub(crate) fn quadrature<const Q: usize>() -> [[f64; 4]; Q] {
     std::array::from_fn(|q| {
         if Q == 1 {
             [0.25; 4]

@@ -10,7 +10,7 @@ use crate::analysis::OutOfMemory;
 use crate::element::Elements;
 use crate::foundation::Foundation;
 use crate::krylov::{gmres, norm};
-use crate::material::{Gradient, LoadedState, Material};
+use crate::material::{Fibres, Gradient, LoadedState, Material};
 use crate::model::{Folded, Model};
 use crate::outcome::SolveError;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
@@ -37,6 +37,8 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     pub(crate) loaded: &'a Elements<N, Q>,
     /// What each element is made of.
     pub(crate) materials: &'a [Material],
+    /// Fibres on the loaded shape; of any length.
+    pub(crate) fibres: Option<&'a Fibres<Q>>,
     /// Springs on its cut.
     pub(crate) foundation: Option<&'a Foundation<N>>,
     /// The load, kPa/mm per stress-free volume.
@@ -92,8 +94,10 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
                 let body = self.loaded.values[q].map(|value| self.force * (state.j * value));
                 let (weight, g) = (self.loaded.weights[e][q], &self.loaded.gradients[e][q]);
                 let tangent = state.change(weight, g, body);
+                let fibres = self.fibres.map(|fibres| fibres.change((e, q), &state, weight, g));
                 for (a, c) in pairs(N, Storage::Full) {
                     tangent.add_to(&mut blocks[a][c], a, c);
+                    fibres.iter().for_each(|fibres| fibres.add_to(&mut blocks[a][c], a, c));
                 }
             }
             for ((a, c), place) in pairs(N, Storage::Full).zip(self.full.places::<N>(e)) {
@@ -108,7 +112,11 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
 
     fn state(&self, e: usize, q: usize, y: &[Vector]) -> Result<LoadedState, Folded> {
         let back = Gradient::new(self.loaded.gradient(e, q, y)).ok_or(Folded(e))?;
-        self.materials[e].loaded(&back).ok_or(Folded(e))
+        let mut state = self.materials[e].loaded(&back).ok_or(Folded(e))?;
+        if let Some(fibres) = self.fibres {
+            fibres.load(e, q, &mut state).ok_or(Folded(e))?;
+        }
+        Ok(state)
     }
 
     /// X − x (mm per node) at which the residual is at most `goal` of the load; `None` when no such
@@ -184,7 +192,8 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     pub(crate) fn body(&self, y: &[Vector]) -> Option<Model<N, Q>> {
         let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
         let elements = Elements::new(&rest, self.loaded.nodes.clone()).ok()?;
-        Some(Model::new(elements, self.materials.to_vec()).on(self.foundation.cloned()))
+        let fibres = self.fibres.map(|fibres| fibres.pushed(self.loaded, y).unit());
+        Some(Model::new(elements, self.materials.to_vec(), fibres).on(self.foundation.cloned()))
     }
 }
 

@@ -61,6 +61,7 @@ mod discretisation;
 mod either;
 mod element;
 mod error;
+mod fibre_directions;
 mod foundation;
 #[cfg(test)]
 mod foundation_tests;

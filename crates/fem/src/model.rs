@@ -3,7 +3,7 @@
 use crate::batch::{Kernel, VolumeStrain, kernel};
 use crate::element::{Elements, kept};
 use crate::foundation::Foundation;
-use crate::material::{Gradient, Material};
+use crate::material::{Fibres, Gradient, Material};
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::sliding::Slide;
 use std::sync::Arc;
@@ -16,6 +16,8 @@ pub(crate) struct Model<const N: usize, const Q: usize> {
     pub(crate) elements: Arc<Elements<N, Q>>,
     /// What each element is made of.
     pub(crate) materials: Arc<[Material]>,
+    /// Fibres on its stress-free shape.
+    pub(crate) fibres: Option<Arc<Fibres<Q>>>,
     /// Springs on its cut.
     pub(crate) foundation: Option<Arc<Foundation<N>>>,
     kernel: Arc<dyn Kernel<N, Q>>,
@@ -39,12 +41,16 @@ pub(crate) struct VolumeRatio {
 pub(crate) struct Folded(pub(crate) usize);
 
 impl<const N: usize, const Q: usize> Model<N, Q> {
-    /// `elements` made of `materials`.
-    pub(crate) fn new(elements: impl Into<Arc<Elements<N, Q>>>, materials: Vec<Material>) -> Self {
+    /// `elements` made of `materials`, and of `fibres` if there are any.
+    pub(crate) fn new(
+        elements: impl Into<Arc<Elements<N, Q>>>,
+        materials: Vec<Material>,
+        fibres: Option<Fibres<Q>>,
+    ) -> Self {
         let elements = elements.into();
-        let kernel = kernel(&elements, &materials);
-        let materials = materials.into();
-        Self { elements, materials, foundation: None, kernel, slide: None }
+        let kernel = kernel(&elements, &materials, fibres.as_ref());
+        let (materials, fibres) = (materials.into(), fibres.map(Arc::new));
+        Self { elements, materials, fibres, foundation: None, kernel, slide: None }
     }
 
     /// The body on springs, if there are any.
@@ -54,7 +60,8 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
 
     /// The body without some of its elements.
     pub(crate) fn only(&self, keep: &[bool]) -> Self {
-        Self::new(self.elements.only(keep), kept(&self.materials, keep))
+        let fibres = self.fibres.as_ref().map(|fibres| fibres.only(keep));
+        Self::new(self.elements.only(keep), kept(&self.materials, keep), fibres)
             .on(self.foundation.as_ref().map(|springs| springs.only(keep)))
     }
 
@@ -82,8 +89,9 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         let mut forces = vec![Vector::zeros(); u.len()];
         for (e, q) in self.points() {
             let d = self.deformation(e, q, u).ok_or(Folded(e))?;
-            energy += self.elements.weights[e][q] * self.materials[e].energy(&d);
-            self.add_stress(e, q, &self.materials[e].stress(&d), &mut forces);
+            let fibres = self.fibres.as_ref().map_or(0.0, |fibres| fibres.energy(e, q, &d));
+            energy += self.elements.weights[e][q] * (self.materials[e].energy(&d) + fibres);
+            self.add_stress(e, q, &self.stress(e, q, &d), &mut forces);
         }
         let springs = self.springs(u, &mut forces);
         Ok((energy + springs, forces))
@@ -165,7 +173,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         for &e in elements {
             for q in 0..Q {
                 let d = self.deformation(e as usize, q, u)?;
-                let stress = self.materials[e as usize].stress(&d);
+                let stress = self.stress(e as usize, q, &d);
                 self.add_stress(e as usize, q, &stress, &mut forces);
             }
         }
@@ -195,9 +203,11 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 let g = &self.elements.gradients[e][q];
                 let tangent = material.tangent(&d, weight, g);
                 let shifts = material.shift(&d, floor * material.shear_kpa());
+                let fibres = self.fibres.as_ref().map(|f| f.tangent((e, q), &d, weight, g));
                 for (a, b) in pairs(N, Storage::Lower) {
                     let block = &mut own[a][b];
                     tangent.add_to(block, a, b);
+                    fibres.iter().for_each(|fibres| fibres.add_to(block, a, b));
                     for (shift, m) in &shifts {
                         *block += (m * g[a]) * (m * g[b] * (weight * shift)).transpose();
                     }
@@ -233,12 +243,22 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
             let e = e as usize;
             for q in 0..Q {
                 let d = self.deformation(e, q, u)?;
-                let stress = self.materials[e].stress_change(&d, &self.elements.gradient(e, q, v));
+                let df = self.elements.gradient(e, q, v);
+                let mut stress = self.materials[e].stress_change(&d, &df);
+                if let Some(fibres) = &self.fibres {
+                    stress += fibres.stress_change(e, q, &d, &df);
+                }
                 self.add_stress(e, q, &stress, &mut forces);
             }
         }
         self.springs(v, &mut forces);
         Some(forces)
+    }
+
+    /// P of the material and its fibres, kPa.
+    fn stress(&self, e: usize, q: usize, d: &Gradient) -> Matrix {
+        let stress = self.materials[e].stress(d);
+        self.fibres.as_ref().map_or(stress, |fibres| stress + fibres.stress(e, q, d))
     }
 
     /// Adds the nodal forces w P grad N_a (mN) of a stress P (kPa) at a quadrature point.

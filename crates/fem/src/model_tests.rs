@@ -11,14 +11,30 @@ use supine_mesh::{BoundaryTag, Edges};
 use supine_record::Law;
 use supine_space::Progress;
 
-/// Each element order with each law.
-macro_rules! each_law {
+/// What is tried: a law, and whether there are fibres.
+type Solid = (Law, bool);
+const SOLIDS: [Solid; 4] = [
+    (Law::NeoHookean, false),
+    (Law::Exponential, false),
+    (Law::Gent, false),
+    (Law::NeoHookean, true),
+];
+const PLAIN: Solid = SOLIDS[0];
+
+/// Each element order with each solid.
+macro_rules! each_solid {
     ($check:ident($($argument:expr),*)) => {
-        for law in Law::ALL {
-            $check::<4, 1>($($argument,)* law);
-            $check::<10, 4>($($argument,)* law);
+        for solid in SOLIDS {
+            $check::<4, 1>($($argument,)* solid);
+            $check::<10, 4>($($argument,)* solid);
         }
     };
+}
+
+/// Fibres of so many elements, along `along` at each.
+fn fibres<const Q: usize>(along: &[Vector]) -> Fibres<Q> {
+    let c = (0..along.len()).map(|e| 0.1 * (1.0 + (e % 5) as f64)).collect();
+    Fibres { c, k: 0.8, along: along.iter().map(|a| [*a; Q]).collect() }
 }
 
 /// Numbers in -1..1 from a fixed seed (linear congruence of Knuth).
@@ -39,7 +55,7 @@ struct Body<const N: usize, const Q: usize> {
 }
 
 /// A shaken block; with `springs` on its whole surface but the wall.
-fn body<const N: usize, const Q: usize>(springs: bool, law: Law) -> Body<N, Q> {
+fn body<const N: usize, const Q: usize>(springs: bool, solid: Solid) -> Body<N, Q> {
     let mesh = block([4, 3, 3], 5.0, 0.15);
     let edges = Edges::new(&mesh);
     let mut positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
@@ -60,7 +76,7 @@ fn body<const N: usize, const Q: usize>(springs: bool, law: Law) -> Body<N, Q> {
         }
     }
     let elements = Elements::new(&positions, element_nodes(&mesh, &edges)).unwrap();
-    let stiffer = |t: usize| Material::of_law(law, 0.21 * (1.0 + 0.1 * (t % 7) as f64), 1.89);
+    let stiffer = |t: usize| Material::of_law(solid.0, 0.21 * (1.0 + 0.1 * (t % 7) as f64), 1.89);
     let materials: Vec<Material> = (0..mesh.tets().len()).map(stiffer).collect();
     let foundation = springs.then(|| {
         let cut = tagged(&mesh, |c| {
@@ -69,7 +85,8 @@ fn body<const N: usize, const Q: usize>(springs: bool, law: Law) -> Body<N, Q> {
         });
         Foundation::new(&cut, &materials, Some(0.05))
     });
-    Body { positions, model: Model::new(elements, materials).on(foundation), outer }
+    let fibres = solid.1.then(|| fibres(&noise(materials.len())).unit());
+    Body { positions, model: Model::new(elements, materials, fibres).on(foundation), outer }
 }
 
 /// Largest component of a vector of unknowns.
@@ -81,8 +98,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
 }
 
-fn check_derivatives<const N: usize, const Q: usize>(springs: bool, law: Law) {
-    let Body { model, .. } = body::<N, Q>(springs, law);
+fn check_derivatives<const N: usize, const Q: usize>(springs: bool, solid: Solid) {
+    let Body { model, .. } = body::<N, Q>(springs, solid);
     let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
     let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
     let v: Vec<Vector> = noise(2 * count)[count..].to_vec();
@@ -121,8 +138,8 @@ fn check_derivatives<const N: usize, const Q: usize>(springs: bool, law: Law) {
 }
 
 /// The predicted volume strain is that of the step to first order, and the stiffness takes it.
-fn check_predicted<const N: usize, const Q: usize>(law: Law) {
-    let Body { model, .. } = body::<N, Q>(false, law);
+fn check_predicted<const N: usize, const Q: usize>(solid: Solid) {
+    let Body { model, .. } = body::<N, Q>(false, solid);
     let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
     let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
     let v: Vec<Vector> = noise(2 * count)[count..].to_vec();
@@ -144,7 +161,7 @@ fn check_predicted<const N: usize, const Q: usize>(law: Law) {
 
 #[test]
 fn the_predicted_volume_strain_is_of_first_order() {
-    each_law!(check_predicted());
+    each_solid!(check_predicted());
 }
 
 fn energy<const N: usize, const Q: usize>(model: &Model<N, Q>, u: &[Vector]) -> f64 {
@@ -164,16 +181,19 @@ fn product(pattern: &Pattern, blocks: &[Block], x: &[f64]) -> Vec<f64> {
 #[test]
 fn forces_and_stiffness_are_slopes_and_the_stiffness_is_symmetric() {
     for springs in [false, true] {
-        each_law!(check_derivatives(springs));
+        each_solid!(check_derivatives(springs));
     }
 }
 
-fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool, law: Law) {
-    let Body { positions, model, .. } = body::<N, Q>(springs, law);
+fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool, solid: Solid) {
+    let Body { positions, model, .. } = body::<N, Q>(springs, solid);
     let free = vec![false; positions.len()];
     let full = Pattern::new(&model.elements.nodes, &free, Storage::Full);
     let force = Vector::new(0.001, 0.004, -0.002);
+    // On a shape that is not the one where they have length 1.
+    let fibres = solid.1.then(|| fibres(&noise(model.materials.len())));
     let inverse = Inverse {
+        fibres: fibres.as_ref(),
         loaded: &model.elements,
         materials: &model.materials,
         foundation: model.foundation.as_deref(),
@@ -212,15 +232,19 @@ fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool, law: 
 #[test]
 fn the_inverse_derivative_is_a_slope_and_its_residual_the_forward_one() {
     for springs in [false, true] {
-        each_law!(check_inverse_derivative(springs));
+        each_solid!(check_inverse_derivative(springs));
     }
 }
 
 /// A linear displacement of the surface gives the same linear displacement inside.
-fn check_patch<const N: usize, const Q: usize>(law: Law) {
-    let Body { positions, model, outer } = body::<N, Q>(false, law);
-    let materials = vec![Material::of_law(law, 0.21, 1.89); model.materials.len()];
-    let model = Model::new(model.elements.only(&vec![true; materials.len()]), materials);
+fn check_patch<const N: usize, const Q: usize>(solid: Solid) {
+    let Body { positions, model, outer } = body::<N, Q>(false, solid);
+    let materials = vec![Material::of_law(solid.0, 0.21, 1.89); model.materials.len()];
+    let model = {
+        let (all, along) = (vec![true; materials.len()], vec![Vector::x(); materials.len()]);
+        let same = Fibres { c: vec![0.2; materials.len()], ..fibres(&along) };
+        Model::new(model.elements.only(&all), materials, solid.1.then_some(same))
+    };
     assert!(outer.iter().filter(|o| !**o).count() > 5, "nodes inside");
     let gradient = Matrix::new(0.3, 0.2, 0.1, -0.1, -0.2, 0.15, 0.05, 0.1, 0.1);
     let want: Vec<Vector> = positions.iter().map(|x| gradient * x).collect();
@@ -242,11 +266,11 @@ fn check_patch<const N: usize, const Q: usize>(law: Law) {
 
 #[test]
 fn patch_test() {
-    each_law!(check_patch());
+    each_solid!(check_patch());
 }
 
-fn check_rigid<const N: usize, const Q: usize>(law: Law) {
-    let Body { positions, model, .. } = body::<N, Q>(false, law);
+fn check_rigid<const N: usize, const Q: usize>(solid: Solid) {
+    let Body { positions, model, .. } = body::<N, Q>(false, solid);
     let turn = Rotation3::from_euler_angles(0.7, -0.4, 2.0).into_inner();
     let shift = Vector::new(30.0, -20.0, 10.0);
     let rigid: Vec<Vector> = positions.iter().map(|x| turn * x + shift - x).collect();
@@ -264,14 +288,14 @@ fn check_rigid<const N: usize, const Q: usize>(law: Law) {
 
 #[test]
 fn a_rigid_motion_bears_no_force_and_forces_turn_with_the_observer() {
-    each_law!(check_rigid());
+    each_solid!(check_rigid());
 }
 
 /// Straight quadratic elements carry −V/20 at corners and V/5 at mid-sides; the sum is the weight.
 #[test]
 fn the_load_is_the_weight() {
     let force = Vector::new(0.0, 0.0, -2.0);
-    let Body { positions, model, .. } = body::<10, 4>(false, Law::NeoHookean);
+    let Body { positions, model, .. } = body::<10, 4>(false, PLAIN);
     let volume: f64 = model.elements.weights.iter().flatten().sum();
     let load = model.elements.load(positions.len(), force);
     assert!((load.iter().sum::<Vector>() - force * volume).norm() < 1e-9 * volume);
@@ -286,7 +310,7 @@ fn the_load_is_the_weight() {
 
 #[test]
 fn a_folded_element_is_named() {
-    let Body { positions, model, .. } = body::<4, 1>(false, Law::NeoHookean);
+    let Body { positions, model, .. } = body::<4, 1>(false, PLAIN);
     let mut u = vec![Vector::zeros(); positions.len()];
     let element = model.elements.nodes[17];
     u[element[0] as usize] =

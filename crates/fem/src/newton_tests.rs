@@ -28,7 +28,7 @@ fn problem(young_kpa: f64) -> Problem {
     let turned = supine_space::sitting() - supine_space::supine();
     let load = elements.load(positions.len(), turned * tissue.weight());
     let materials = vec![Material::new(&tissue); mesh.tets().len()];
-    let model = Model::new(elements, materials);
+    let model = Model::new(elements, materials, None);
     let pattern = Arc::new(Pattern::new(&model.elements.nodes, &held, Storage::Lower));
     Problem { model, pattern, held, load }
 }

@@ -21,6 +21,11 @@ pub struct Tissue {
     /// How much the shear modulus grows by unit of Q at small strain, in proportion
     /// ([`crate::material`]); nothing to a neo-Hookean solid.
     pub stiffening: f64,
+    /// Young's modulus that fibres from the chest wall to the skin add along themselves in tension,
+    /// at small strain, over that of the tissue; 0: none.
+    pub fibres: f64,
+    /// k of the fibres ([`crate::material`]).
+    pub fibre_stiffening: f64,
 }
 
 impl Default for Tissue {
@@ -31,6 +36,8 @@ impl Default for Tissue {
             density_kg_m3: 1000.0,
             law: Law::NeoHookean,
             stiffening: 0.0,
+            fibres: 0.0,
+            fibre_stiffening: 1.0,
         }
     }
 }
@@ -56,7 +63,10 @@ impl Tissue {
         in_range("density (kg/m³)", rho, (1.0..=20_000.0).contains(&rho), "1 to 20000")?;
         let b = self.stiffening;
         let ok = self.law == Law::NeoHookean || (0.001..=20.0).contains(&b);
-        in_range("stiffening", b, ok, "0.001 to 20")
+        in_range("stiffening", b, ok, "0.001 to 20")?;
+        let (f, k) = (self.fibres, self.fibre_stiffening);
+        in_range("fibres over Young's modulus", f, (0.0..=1000.0).contains(&f), "0 to 1000")?;
+        in_range("stiffening of fibres", k, (0.001..=100.0).contains(&k), "0.001 to 100")
     }
 
     /// Weight ρ g per volume, kPa/mm.

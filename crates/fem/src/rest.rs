@@ -3,14 +3,14 @@
 use crate::discretisation::Discretisation;
 use crate::foundation::Foundation;
 use crate::inverse::{Inverse, Solver};
-use crate::material::Material;
+use crate::material::{Fibres, Material};
 use crate::model::Model;
 use crate::newton::{Effort, KnownEquilibrium, Newton, norm};
 use crate::outcome::{Equilibrium, SolveError};
 use crate::pattern::Pattern;
 use crate::tangent::Tangent;
 use crate::warm_start::{Rest, SolutionHistory, State, WarmStart};
-use crate::{Cut, Error, Info, Job, RestState, Unloading, from_ct, sensitivity};
+use crate::{Cut, Error, Info, Job, RestState, Tissue, Unloading, from_ct, sensitivity};
 use supine_mesh::BoundaryTag;
 use supine_record::Solve;
 use supine_space::{Point, Progress, Vector, Warning};
@@ -104,7 +104,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     info.warnings.extend(job.softness_warning());
     let slope = if job.slope {
         let of_rest = rest.slope(job, discretisation, before)?;
-        let inverse = job.inverse(discretisation, rest.tissue());
+        let fibres = job.fibres(discretisation);
+        let inverse = job.inverse(discretisation, rest.tissue(), fibres.as_ref());
         let parts = [to_ct.as_slice(), &of_rest];
         Some(sensitivity::unloaded(job, &mut newton, &inverse, parts, &found.u)?)
     } else {
@@ -142,7 +143,8 @@ impl<const N: usize, const Q: usize> Rest<N, Q> {
         let tangent =
             before.in_ct.take(&discretisation.lower).map_err(|_| discretisation.memory())?;
         let mut solver = Solver::ready(tangent);
-        let inverse = job.inverse(discretisation, self.tissue());
+        let fibres = job.fibres(discretisation);
+        let inverse = job.inverse(discretisation, self.tissue(), fibres.as_ref());
         let slope = sensitivity::of_rest(&inverse, &mut solver, &self.model, &self.to_ct)?;
         before.in_ct.keep(solver.tangent);
         before.shapes.keep(|| {
@@ -191,7 +193,8 @@ fn unload<const N: usize, const Q: usize>(
     let materials = job.body.materials(job.stiffer);
     let foundation = job.foundation(&materials);
     let tissue = Elastic { materials: &materials, foundation: foundation.as_ref() };
-    let inverse = job.inverse(discretisation, tissue);
+    let fibres = job.fibres(discretisation);
+    let inverse = job.inverse(discretisation, tissue, fibres.as_ref());
     let mut solver = before.solver(&discretisation.lower).map_err(memory)?;
     let (ct, goal) = (&job.load.ct, job.params.tolerance);
     let expected = before.shapes.expected(ct, ct, 1.0 / job.young_kpa());
@@ -333,13 +336,14 @@ impl Job<'_> {
         &self,
         discretisation: &'m Discretisation<N, Q>,
         tissue: Elastic<'m, N>,
+        fibres: Option<&'m Fibres<Q>>,
     ) -> Inverse<'m, N, Q> {
         let Elastic { materials, foundation } = tissue;
         let (loaded, positions) = (&*discretisation.elements, discretisation.positions.as_slice());
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
         let full = discretisation.full();
-        Inverse { loaded, materials, foundation, force, positions, weight, full }
+        Inverse { loaded, materials, fibres, foundation, force, positions, weight, full }
     }
 
     /// The body whose CT shape is free of stress.
@@ -349,7 +353,23 @@ impl Job<'_> {
     ) -> Model<N, Q> {
         let materials = self.body.materials(self.stiffer);
         let foundation = self.foundation(&materials);
-        Model::new(discretisation.elements.clone(), materials).on(foundation)
+        Model::new(discretisation.elements.clone(), materials, self.fibres(discretisation))
+            .on(foundation)
+    }
+
+    /// The fibres on the CT shape, if there are any.
+    fn fibres<const N: usize, const Q: usize>(
+        &self,
+        discretisation: &Discretisation<N, Q>,
+    ) -> Option<Fibres<Q>> {
+        let Tissue { fibres, fibre_stiffening, .. } = self.body.tissue;
+        let along = discretisation.fibres.clone()?;
+        let c = |young_kpa: f64| 0.5 * fibres * self.stiffer * young_kpa;
+        let c = match &self.body.young_kpa {
+            Some(moduli) => moduli.iter().map(|e| c(*e)).collect(),
+            None => vec![c(self.body.tissue.young_kpa); along.len()],
+        };
+        Some(Fibres { c, k: fibre_stiffening, along })
     }
 
     /// Where equilibria found before make the displacement from the CT shape expect this one, mm.

@@ -173,7 +173,10 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         inverse.positions.iter().zip(to_ct).zip(u).map(|((x, ct), u)| x - ct + u).collect();
     let shape = Elements::new(&moved, inverse.loaded.nodes.clone()).map_err(Error::flat)?;
     let force = job.load.target * job.body.tissue.weight();
-    let there = Inverse { loaded: &shape, positions: &moved, force, ..*inverse };
+    let from_ct: Vec<Vector> = moved.iter().zip(inverse.positions).map(|(x, ct)| x - ct).collect();
+    let fibres = inverse.fibres.map(|fibres| fibres.pushed(inverse.loaded, &from_ct));
+    let fibres = fibres.as_ref();
+    let there = Inverse { loaded: &shape, positions: &moved, force, fibres, ..*inverse };
     let back: Vec<Vector> = u.iter().map(|u| -u).collect();
     let carried = there.times_derivative(&back, rest).map_err(memory)?.ok_or(Error::Singular)?;
     let forces = model.forces_by_modulus(u).ok_or(Error::Singular)?;

@@ -113,10 +113,7 @@ fn net_agrees() {
 #[test]
 fn other_laws_agree() {
     let case = &BOTH[1];
-    let stored = |name: &str| {
-        let field: Array2<f64> = open("laws_1.6k_P2").by_name(name).unwrap();
-        field.rows().into_iter().map(|r| Vector::new(r[0], r[1], r[2])).collect::<Vec<_>>()
-    };
+    let stored = law_field;
     for (law, stiffening) in [(Law::Exponential, 1.5), (Law::Gent, 0.5)] {
         let body = Body::new(mesh(case.name), Tissue { law, stiffening, ..Tissue::default() });
         for (rest, short) in [(RestState::Net, "net"), (RestState::Unloaded, "unl")] {
@@ -129,6 +126,29 @@ fn other_laws_agree() {
                 assert!(off < SOFT_MM, "{law} {short} {pose}: {off:e} mm");
             }
         }
+    }
+}
+
+fn law_field(name: &str) -> Vec<Vector> {
+    let field: Array2<f64> = open("laws_1.6k_P2").by_name(name).unwrap();
+    field.rows().into_iter().map(|r| Vector::new(r[0], r[1], r[2])).collect()
+}
+
+/// The same with fibres, whose directions felupe was given by a script of its own.
+#[test]
+fn fibres_agree() {
+    let case = &BOTH[1];
+    let body = Body::new(mesh(case.name), Tissue { fibres: 2.0, ..Tissue::default() });
+    for (target, pose) in [(tilt(), "tilt"), (sitting(), "sit")] {
+        let load = Load { ct: supine(), target };
+        let (u, _) = solve(&body, &load, &FREE, Progress::none()).unwrap();
+        let plain = case.difference(&format!("net_{pose}"), target, E, FREE);
+        let theirs = law_field(&format!("fibres_net_{pose}"));
+        let off = largest_difference(u.displacement().values(), &theirs);
+        assert!(off < SOFT_MM, "{pose}: {off:e} mm");
+        // They do something.
+        let field = case.stored(&format!("net_{pose}"));
+        assert!(largest_difference(&field, &theirs) > 0.1 && plain < CLOSE_MM);
     }
 }
 

@@ -195,6 +195,9 @@ pub struct Tissue {
     /// How much a law that stiffens does so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffening: Option<f64>,
+    /// Modulus that fibres from the chest wall to the skin add along themselves, over the tissue's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fibres: Option<f64>,
     /// What is taken as stress-free.
     pub rest: RestState,
     /// Element order: 1 linear, 2 quadratic.

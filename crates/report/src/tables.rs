@@ -220,6 +220,9 @@ fn tissue(s: &Summary) -> Table {
     if let Some(stiffening) = p.tissue.stiffening {
         t.row("Law", format!("{}, stiffening {stiffening}", p.tissue.law));
     }
+    if let Some(fibres) = p.tissue.fibres {
+        t.row("Fibres from wall to skin", format!("{fibres} times the modulus, in tension"));
+    }
     t.row("Elements", order(p.tissue.order).into());
     t.row("At the cut", p.tissue.cut.to_string());
     t.row("Region centre", place(p.region.centre_mm));

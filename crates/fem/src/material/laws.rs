@@ -28,6 +28,10 @@ pub(crate) trait Number:
     fn exp_m1(self) -> Self;
     /// Whether all are finite and above 0.
     fn all_positive(self) -> bool;
+    /// Itself where it is above 0, else 0.
+    fn positive_part(self) -> Self;
+    /// 1 where it is above 0, else 0.
+    fn above_zero(self) -> Self;
 }
 
 impl Number for f64 {
@@ -50,6 +54,16 @@ impl Number for f64 {
     fn all_positive(self) -> bool {
         self > 0.0 && self < f64::INFINITY
     }
+
+    #[inline(always)]
+    fn positive_part(self) -> Self {
+        self.max(0.0)
+    }
+
+    #[inline(always)]
+    fn above_zero(self) -> Self {
+        f64::from(u8::from(self > 0.0))
+    }
 }
 
 impl Number for Pack {
@@ -71,6 +85,19 @@ impl Number for Pack {
     #[inline(always)]
     fn all_positive(self) -> bool {
         Pack::all_positive(self)
+    }
+
+    #[inline(always)]
+    fn positive_part(self) -> Self {
+        Pack::max(self, Pack::ZERO)
+    }
+
+    #[inline(always)]
+    fn above_zero(mut self) -> Self {
+        for number in &mut self.0 {
+            *number = if *number > 0.0 { 1.0 } else { 0.0 };
+        }
+        self
     }
 }
 

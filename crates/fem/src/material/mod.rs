@@ -11,12 +11,14 @@
 //! only ones that write a closed form.
 
 mod exponential;
+mod fibres;
 mod gent;
 mod laws;
 mod neo_hookean;
 mod packed;
 
 pub(crate) use exponential::Exponential;
+pub(crate) use fibres::{Fibres, PackedFibres};
 pub(crate) use gent::Gent;
 pub(crate) use laws::{Stretching, by_law};
 pub(crate) use neo_hookean::NeoHookean;
@@ -201,7 +203,8 @@ impl Material {
         let Response { m, growth } = self.response(q);
         let pressure = Matrix::identity() * (m + self.lambda * back.ln_j);
         let stress = (b * m - pressure) * back.j;
-        Some(LoadedState { f, b, j: back.j, stress, m, lambda: self.lambda, growth })
+        let lambda = self.lambda;
+        Some(LoadedState { back: back.f(), f, b, j: back.j, stress, m, lambda, growth })
     }
 
     /// What must be added to the tangent so that its eigenvalues are at least `floor` (kPa):
@@ -277,6 +280,8 @@ impl<const N: usize> NodalTangent<N> {
 
 /// The state of a point on the loaded shape; f = F^-1, j = det f.
 pub(crate) struct LoadedState {
+    /// f.
+    back: Matrix,
     /// F.
     f: Matrix,
     /// F Fᵀ.
@@ -299,7 +304,7 @@ impl LoadedState {
         g: &[Vector; N],
         body: [Vector; N],
     ) -> LoadedTangent<N> {
-        let Self { f, b, j, stress, m, lambda, growth } = self;
+        let Self { f, b, j, stress, m, lambda, growth, .. } = self;
         let bg = g.map(|g| b * g);
         LoadedTangent {
             f: *f,

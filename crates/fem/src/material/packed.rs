@@ -11,7 +11,7 @@ pub(crate) type Nine = [Pack; 9];
 /// The deformation gradient at a point of several elements.
 pub(crate) struct PackedGradient {
     /// grad u.
-    gradient: Nine,
+    pub(super) gradient: Nine,
     /// F^-1, row by row.
     pub(crate) inverse: Nine,
     /// ln J.

@@ -36,6 +36,8 @@ pub const KEYS: &[&str] = &[
     "tissue.density",
     "tissue.law",
     "tissue.stiffening",
+    "tissue.fibres",
+    "tissue.fibre_stiffening",
     "tissue.rest",
     "tissue.cut",
     "tissue.spring",

@@ -20,6 +20,8 @@ pub const KEYS: &[&str] = &[
     "tissue.density",
     "tissue.law",
     "tissue.stiffening",
+    "tissue.fibres",
+    "tissue.fibre_stiffening",
     "tissue.rest",
     "tissue.cut",
     "tissue.spring",
@@ -168,10 +170,11 @@ fn problem(given: &Solve, law: &Law, body: &Body) -> Result<(), Error> {
     if solver.rest == RestState::Unloaded {
         return Err(usage("--problem: the mesh is the stress-free shape with --rest net only"));
     }
-    let told = law.tissue().law;
-    if !told.is_default() {
+    let tissue = law.tissue();
+    if !tissue.law.is_default() || tissue.fibres > 0.0 {
+        let what = if tissue.fibres > 0.0 { "fibres" } else { tissue.law.name() };
         return Err(usage(format!(
-            "--problem: neither FEBio nor Abaqus has the law {told}: such a file is written with law = \"neo-hookean\" only"
+            "--problem: neither .feb nor .inp is written with {what}: only with law = \"neo-hookean\" and without fibres"
         )));
     }
     let springs = if solver.cut == Cut::Spring {

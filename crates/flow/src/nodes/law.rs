@@ -18,6 +18,8 @@ pub(crate) struct Law {
     law: supine_fem::Law,
     #[serde(skip_serializing_if = "is_none")]
     stiffening: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fibres: Option<[f64; 2]>,
     rest: RestState,
     cut: Cut,
     spring_kpa_mm: Option<f64>,
@@ -39,13 +41,15 @@ impl Law {
 
     /// The law of a case under another load than that of its table.
     pub(crate) fn under(case: &Case, load: Load) -> Self {
-        let Tissue { young_kpa, poisson, density_kg_m3, law, stiffening } = case.tissue;
+        let Tissue { young_kpa, poisson, density_kg_m3, law, stiffening, .. } = case.tissue;
+        let fibres = case.tissue.fibres;
         Self {
             young_kpa,
             poisson,
             density_kg_m3,
             law,
             stiffening,
+            fibres: (fibres > 0.0).then_some([fibres, case.tissue.fibre_stiffening]),
             rest: case.rest,
             cut: case.cut,
             spring_kpa_mm: case.spring_kpa_mm,
@@ -62,7 +66,10 @@ impl Law {
 
     pub(crate) fn tissue(&self) -> Tissue {
         let Self { young_kpa, poisson, density_kg_m3, law, stiffening, .. } = *self;
-        Tissue { young_kpa, poisson, density_kg_m3, law, stiffening }
+        let none = Tissue::default();
+        let [fibres, fibre_stiffening] =
+            self.fibres.unwrap_or([none.fibres, none.fibre_stiffening]);
+        Tissue { young_kpa, poisson, density_kg_m3, law, stiffening, fibres, fibre_stiffening }
     }
 
     pub(crate) fn load(&self) -> Load {

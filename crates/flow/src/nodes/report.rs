@@ -37,7 +37,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 18;
+    const METHOD: u32 = 19;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;
@@ -242,6 +242,7 @@ fn tissue(case: &Case, moduli: Option<&supine_report::Moduli>) -> Tissue {
         density_kg_m3: case.tissue.density_kg_m3,
         law: case.tissue.law,
         stiffening: Some(case.tissue.stiffening).filter(|_| !case.tissue.law.is_default()),
+        fibres: Some(case.tissue.fibres).filter(|fibres| *fibres > 0.0),
         rest: case.rest,
         order: case.mesh.order.number(),
         cut: case.cut,

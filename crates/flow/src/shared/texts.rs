@@ -57,9 +57,15 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
 
 /// The law in words.
 fn law(case: &Case) -> String {
+    let fibres = match case.tissue.fibres {
+        none if none <= 0.0 => String::new(),
+        fibres => format!(" with fibres from wall to skin (E {fibres} times)"),
+    };
     match case.tissue.law {
-        Law::NeoHookean => "Neo-Hookean finite elements".into(),
-        law => format!("Finite elements (law {law}, stiffening {})", case.tissue.stiffening),
+        Law::NeoHookean => format!("Neo-Hookean finite elements{fibres}"),
+        law => {
+            format!("Finite elements (law {law}, stiffening {}){fibres}", case.tissue.stiffening)
+        }
     }
 }
 

@@ -34,6 +34,11 @@ pub(super) fn stiffening(case: &Case) -> Json {
     Some(case.tissue.stiffening).filter(|_| !case.tissue.law.is_default()).into()
 }
 
+/// How fast fibres stiffen, where there are any.
+pub(super) fn fibre_stiffening(case: &Case) -> Json {
+    Some(case.tissue.fibre_stiffening).filter(|_| case.tissue.fibres > 0.0).into()
+}
+
 /// The rest state, unless both are fitted.
 pub(super) fn rest(case: &Case) -> Json {
     let both = case.fit_scans().is_some_and(|scans| scans.states.len() > 1);

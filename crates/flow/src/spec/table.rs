@@ -216,6 +216,20 @@ pub static TABLE: &[Parameter] = &[
         "how much the shear modulus grows by unit of Q = tr C - 3 - 2 ln J at small strain, with law = \"exponential\" or \"gent\"",
     ).derived(derived::stiffening),
     row(
+        ("tissue.fibres", "fibres"),
+        Kind::Number { min: 0.0, max: 1000.0 },
+        "",
+        Preset::Number(0.0),
+        "Young's modulus that fibres from the chest wall to the skin add along themselves in tension, over that of the tissue; 0: none",
+    ),
+    row(
+        ("tissue.fibre_stiffening", "fibre-stiffening"),
+        Kind::Number { min: 0.001, max: 100.0 },
+        "",
+        Absent("1"),
+        "k of the fibres, how fast they stiffen, with fibres",
+    ).derived(derived::fibre_stiffening),
+    row(
         ("tissue.rest", "rest"),
         Kind::Choice(&["net", "unloaded"]),
         "",

@@ -167,6 +167,7 @@ fn each_bad_value_names_its_key() {
         ("tissue = { rest = 'nett' }", "tissue.rest"),
         ("tissue = { cut = 'sprung' }", "tissue.cut"),
         ("tissue = { stiffening = 2.0 }", "tissue.stiffening"),
+        ("tissue = { fibre_stiffening = 2.0 }", "tissue.fibre_stiffening"),
         ("tissue = { law = 'gent', stiffening = 0.0 }", "tissue.stiffening"),
         ("tissue = { spring = -1.0 }", "tissue.spring"),
         ("tissue = { cut = 'free', spring = 0.1 }", "tissue.spring"),
@@ -251,7 +252,7 @@ fn the_canonical_form_says_every_key_that_applies() {
         "series = '1.2'\nassume_hu = true\nregion = { centre = [1.0, 2.0, 3.0], radius = 50.0 }\ntissues = true",
         "[mesh]\nrefine = 'tumour'\ntumour_edge = 3.0\ntumour_growth = 0.4",
         "[tissue]\nspring = 0.01\nyoung = 0.5\nyoung_interval = [0.4, 0.9]",
-        "[tissue]\nlaw = 'exponential'\nstiffening = 2.0",
+        "[tissue]\nlaw = 'exponential'\nstiffening = 2.0\nfibres = 0.5\nfibre_stiffening = 2.0",
         "[tissue]\nmap = 'labels'\nfat = 0.5\ngland = 1.0\nskin = 9.0\ntumour = 3.0",
         "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]\n\
          strokes = [{ tissue = 'exclude', radius = 6.0, points = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]] }]",
@@ -285,6 +286,7 @@ fn every_key_reaches_the_case() {
             "tissue = { map = 'labels', fat = 0.3 }"
         }
         Some(("tissue", "stiffening")) => "tissue = { law = 'gent' }",
+        Some(("tissue", "fibre_stiffening")) => "tissue = { fibres = 2.0 }",
         Some(("labels", _)) => "labels = { file = 'l.nrrd' }",
         Some(("scans", _)) => "scans = { sitting = 's.ply', intraop = 'i.ply' }",
         _ => "",

@@ -54,6 +54,10 @@ pub(super) fn law(given: Given<'_>) -> Tissue {
     let stiffening = given.number("tissue.stiffening").unwrap_or(STIFFENING);
     Tissue {
         law,
+        fibres: given.number("tissue.fibres").unwrap_or(default.fibres),
+        fibre_stiffening: given
+            .number("tissue.fibre_stiffening")
+            .unwrap_or(default.fibre_stiffening),
         stiffening: if law.is_default() { default.stiffening } else { stiffening },
         young_kpa: given.number("tissue.young").unwrap_or(default.young_kpa),
         poisson: given.number("tissue.poisson").unwrap_or(default.poisson),
@@ -61,7 +65,7 @@ pub(super) fn law(given: Given<'_>) -> Tissue {
     }
 }
 
-/// That a law which stiffens is asked for where it is said how much.
+/// That a law which stiffens, or fibres, are asked for where it is said how much they stiffen.
 ///
 /// # Errors
 /// [`CaseError::Value`].
@@ -69,6 +73,12 @@ pub(super) fn check_stiffening(given: Given<'_>) -> Result<(), CaseError> {
     match given.number("tissue.stiffening") {
         Some(_) if law(given).law.is_default() => {
             Err(value("tissue.stiffening", "only with law = \"exponential\" or \"gent\""))
+        }
+        _ => Ok(()),
+    }?;
+    match given.number("tissue.fibre_stiffening") {
+        Some(_) if law(given).fibres <= 0.0 => {
+            Err(value("tissue.fibre_stiffening", "only with fibres above 0"))
         }
         _ => Ok(()),
     }

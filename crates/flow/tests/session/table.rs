@@ -83,6 +83,8 @@ const TISSUE: &[Change<'_>] = &[
     ("tissue.density", "950.0", MESH),
     ("tissue.law", "\"exponential\"", MESH),
     ("tissue.stiffening", "1.2", MESH),
+    ("tissue.fibres", "0.5", MESH),
+    ("tissue.fibre_stiffening", "2.0", MESH),
     ("tissue.rest", "\"unloaded\"", MESH),
     ("tissue.spring", "0.05", MESH),
     ("tissue.young_interval", "[0.5, 0.9]", MESH),

@@ -41,6 +41,7 @@ pub(crate) fn example() -> Summary {
                 density_kg_m3: 1000.0,
                 law: Law::NeoHookean,
                 stiffening: None,
+                fibres: None,
                 rest: RestState::Net,
                 order: 2,
                 cut: Cut::Free,
