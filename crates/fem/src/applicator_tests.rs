@@ -1,7 +1,7 @@
 use super::*;
 use crate::rigid::SphereOnShaft;
 use crate::test_mesh::block;
-use crate::{RestState, Tissue};
+use crate::{Law, RestState, Tissue};
 use nalgebra::UnitQuaternion;
 use supine_space::{sitting, supine};
 
@@ -21,8 +21,16 @@ pub(super) fn attach_with(
     rest: RestState,
     applicator: (&dyn RigidBody, Contact),
 ) -> Result<Applicator, Error> {
+    attach_in(Tissue { young_kpa: 3.0, ..Tissue::default() }, order, rest, applicator)
+}
+
+fn attach_in(
+    tissue: Tissue,
+    order: Order,
+    rest: RestState,
+    applicator: (&dyn RigidBody, Contact),
+) -> Result<Applicator, Error> {
     let mesh = block([4; 3], SIDE_MM / 4.0, 0.1);
-    let tissue = Tissue { young_kpa: 3.0, ..Tissue::default() };
     let load = Load { ct: supine(), target: sitting() };
     let params = Params { order, rest, tolerance: TOLERANCE, ..Params::default() };
     let body = Body::new(mesh.clone(), tissue);
@@ -61,8 +69,17 @@ pub(super) fn potential(applicator: &Applicator) -> f64 {
 /// The work of the applicator is what the potential energy gains: force and moment are its slopes.
 #[test]
 fn the_reaction_is_the_slope_of_the_potential() {
-    for order in [Order::Linear, Order::Quadratic] {
-        let mut applicator = attached(order);
+    let plain = Tissue { young_kpa: 3.0, ..Tissue::default() };
+    let tissues = [
+        plain,
+        Tissue { law: Law::Exponential, stiffening: 0.5, ..plain },
+        Tissue { law: Law::Gent, stiffening: 0.05, ..plain },
+        Tissue { fibres: 2.0, ..plain },
+    ];
+    let orders = [Order::Linear, Order::Quadratic];
+    for (order, tissue) in orders.into_iter().flat_map(|order| tissues.map(|t| (order, t))) {
+        let held: (&dyn RigidBody, Contact) = (&sphere(), Contact::Tied);
+        let mut applicator = attach_in(tissue, order, RestState::Net, held).unwrap();
         let (shift, turn) = ([3.0, -2.0, 4.0], [0.1, 0.2, -0.1]);
         applicator.settle(&pose(shift, turn), TOLERANCE, Progress::none()).unwrap();
         let reaction = applicator.reaction();

@@ -50,6 +50,16 @@ pub enum Law {
 impl Law {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::NeoHookean, Self::Exponential, Self::Gent];
+    /// Their names.
+    pub const NAMES: [&'static str; Self::ALL.len()] = {
+        let mut names = [""; Self::ALL.len()];
+        let mut n = 0;
+        while n < names.len() {
+            names[n] = Self::ALL[n].name();
+            n += 1;
+        }
+        names
+    };
 
     /// Name in case files, on the command line, in summaries and reports.
     pub const fn name(self) -> &'static str {

@@ -203,17 +203,17 @@ pub static TABLE: &[Parameter] = &[
     ),
     row(
         ("tissue.law", "law"),
-        Kind::Choice(&[Law::NeoHookean.name(), Law::Exponential.name(), Law::Gent.name()]),
+        Kind::Choice(&Law::NAMES),
         "",
         Preset::Choice(Law::NeoHookean.name()),
-        "how tissue resists beyond small strain: exponential and gent stiffen",
+        "how tissue resists beyond small strain: all but neo-hookean stiffen",
     ),
     row(
         ("tissue.stiffening", "stiffening"),
         Kind::Number { min: 0.001, max: 20.0 },
         "",
         Absent("1.5"),
-        "how much the shear modulus grows by unit of Q = tr C - 3 - 2 ln J at small strain, with law = \"exponential\" or \"gent\"",
+        "how much the shear modulus grows by unit of Q = tr C - 3 - 2 ln J at small strain, with a law that stiffens",
     ).derived(derived::stiffening),
     row(
         ("tissue.fibres", "fibres"),

@@ -72,7 +72,7 @@ pub(super) fn law(given: Given<'_>) -> Tissue {
 pub(super) fn check_stiffening(given: Given<'_>) -> Result<(), CaseError> {
     match given.number("tissue.stiffening") {
         Some(_) if law(given).law.is_default() => {
-            Err(value("tissue.stiffening", "only with law = \"exponential\" or \"gent\""))
+            Err(value("tissue.stiffening", "only with a law that stiffens: law = \"exponential\""))
         }
         _ => Ok(()),
     }?;
