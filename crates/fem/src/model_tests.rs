@@ -13,10 +13,11 @@ use supine_space::Progress;
 
 /// What is tried: a law, and whether there are fibres.
 type Solid = (Law, bool);
-const SOLIDS: [Solid; 4] = [
+const SOLIDS: [Solid; 5] = [
     (Law::NeoHookean, false),
     (Law::Exponential, false),
     (Law::Gent, false),
+    (Law::Yeoh, false),
     (Law::NeoHookean, true),
 ];
 const PLAIN: Solid = SOLIDS[0];

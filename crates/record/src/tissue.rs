@@ -45,11 +45,13 @@ pub enum Law {
     Exponential,
     /// Stiffens without bound towards a largest stretch.
     Gent,
+    /// Stiffens evenly.
+    Yeoh,
 }
 
 impl Law {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::NeoHookean, Self::Exponential, Self::Gent];
+    pub const ALL: [Self; 4] = [Self::NeoHookean, Self::Exponential, Self::Gent, Self::Yeoh];
     /// Their names.
     pub const NAMES: [&'static str; Self::ALL.len()] = {
         let mut names = [""; Self::ALL.len()];
@@ -67,6 +69,7 @@ impl Law {
             Self::NeoHookean => "neo-hookean",
             Self::Exponential => "exponential",
             Self::Gent => "gent",
+            Self::Yeoh => "yeoh",
         }
     }
 

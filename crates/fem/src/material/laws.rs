@@ -138,6 +138,10 @@ macro_rules! by_law {
                 type $type = $crate::material::Gent<$number>;
                 $body
             }
+            supine_record::Law::Yeoh => {
+                type $type = $crate::material::Yeoh<$number>;
+                $body
+            }
         }
     };
 }

@@ -16,6 +16,7 @@ mod gent;
 mod laws;
 mod neo_hookean;
 mod packed;
+mod yeoh;
 
 pub(crate) use exponential::Exponential;
 pub(crate) use fibres::{Fibres, PackedFibres};
@@ -23,6 +24,7 @@ pub(crate) use gent::Gent;
 pub(crate) use laws::{Stretching, by_law};
 pub(crate) use neo_hookean::NeoHookean;
 pub(crate) use packed::{Nine, PackedGradient, PackedMaterial, Triple};
+pub(crate) use yeoh::Yeoh;
 
 use crate::Tissue;
 use nalgebra::SymmetricEigen;

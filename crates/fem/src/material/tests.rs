@@ -151,6 +151,7 @@ fn grown(law: Law, q: f64) -> f64 {
         Law::NeoHookean => 1.0,
         Law::Exponential => (STIFFENING * q).exp(),
         Law::Gent => 1.0 / (1.0 - STIFFENING * q),
+        Law::Yeoh => 1.0 + STIFFENING * q,
     }
 }
 
