@@ -233,6 +233,8 @@ mod tests {
         ("region.radius", &["region.centre"]),
         ("mesh.tumour_edge", &["mesh.refine"]),
         ("mesh.tumour_growth", &["mesh.refine"]),
+        ("tissue.stiffening", &["tissue.law"]),
+        ("tissue.fibre_stiffening", &["tissue.fibres"]),
         ("tissue.fat", &["tissue.map"]),
         ("tissue.gland", &["tissue.map", "tissue.fat"]),
         ("tissue.skin", &["tissue.map", "tissue.fat"]),

@@ -19,12 +19,12 @@ pub struct Tissue {
     /// How it goes on beyond small strain.
     pub law: Law,
     /// How much the shear modulus grows by unit of Q at small strain, in proportion
-    /// ([`crate::material`]); nothing to a neo-Hookean solid.
+    /// (Q as in the head of this crate); nothing to a neo-Hookean solid.
     pub stiffening: f64,
     /// Young's modulus that fibres from the chest wall to the skin add along themselves in tension,
     /// at small strain, over that of the tissue; 0: none.
     pub fibres: f64,
-    /// k of the fibres ([`crate::material`]).
+    /// k of the fibres, how fast they stiffen.
     pub fibre_stiffening: f64,
 }
 

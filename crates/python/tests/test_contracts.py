@@ -42,8 +42,10 @@ def test_files_of_earlier_versions_still_hold(binary: str) -> None:
         # A run can be repeated from its summary.
         again = supine.Session.read(summary)
         kept = json.loads(summary.read_text())["case"]
-        # Keys have their present names.
-        assert again.case == {{"bed": "table"}.get(key, key): value for key, value in kept.items()}
+        # Keys have their present names; those that came since have their defaults.
+        for key, value in kept.items():
+            now = again.case[{"bed": "table"}.get(key, key)]
+            assert ({**now, **value} if isinstance(value, dict) else value) == now, key
 
 
 def test_schemas_refuse_what_the_program_refuses(binary: str, values: dict[str, Any]) -> None:

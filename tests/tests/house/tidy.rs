@@ -21,12 +21,12 @@ const EDGES: [&str; 11] = [
     "supine-workstation",
 ];
 
-/// The folders and files in the root that are not the project's own: `/name` lines of .gitignore
+/// The folders and files in the root that are not the project's own: those that .gitignore names
 /// (build folder, results of the demo), and the history.
 fn foreign() -> Vec<String> {
     let ignored = read(Path::new(".gitignore"));
-    let named = ignored.lines().filter_map(|line| line.strip_prefix('/')).map(String::from);
-    named.chain([".git".to_string()]).collect()
+    let named = ignored.lines().filter(|line| !line.contains('*'));
+    named.map(|line| line.trim_matches('/').to_string()).chain([".git".to_string()]).collect()
 }
 
 /// The project's own files with one of these endings, relative to the root.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use supine_fem::{Cut, Load, Params, RestState, Tissue};
 use supine_mesh::Order;
 use supine_report::TissueFit;
-use supine_space::Vector;
+use supine_space::{Vector, Warning};
 
 /// The tissue, its load and how it is solved.
 #[derive(Serialize, Clone, Copy, Debug)]
@@ -64,6 +64,19 @@ impl Law {
         Self { young_kpa: best.young_kpa, rest: best.rest, ..*self }
     }
 
+    /// What is said of a law that stiffens and of fibres.
+    pub(crate) fn assumed(&self) -> Option<Warning> {
+        let law = (!self.law.is_default())
+            .then(|| format!("that the tissue stiffens (law {}, {})", self.law, self.stiffening));
+        let fibres = self.fibres.map(|[ratio, _]| format!("fibres of {ratio} times its modulus"));
+        let what: Vec<String> = law.into_iter().chain(fibres).collect();
+        let text = format!(
+            "{} is assumed and was measured in no breast: the interval does not hold what another law would move",
+            what.join(" with ")
+        );
+        (!what.is_empty()).then(|| Warning::new("law-assumed", text))
+    }
+
     pub(crate) fn tissue(&self) -> Tissue {
         let Self { young_kpa, poisson, density_kg_m3, law, stiffening, .. } = *self;
         let none = Tissue::default();
@@ -85,5 +98,25 @@ impl Law {
             spring_kpa_mm: self.spring_kpa_mm,
             ..Params::default()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::Spec;
+
+    #[test]
+    fn what_is_assumed_of_a_tissue_is_told() {
+        let assumed = |tissue: &str| {
+            let text = format!("table = {{ ap = 7.0, lat = 5.0 }}\n[tissue]\n{tissue}");
+            let case = Spec::from_text(&text, "").unwrap().case().unwrap();
+            Law::of(&case).unwrap().assumed().map(|warning| warning.to_string())
+        };
+        assert_eq!(assumed("young = 0.7"), None);
+        let both = assumed("law = 'gent'\nstiffening = 0.4\nfibres = 2.0").unwrap();
+        let want = "stiffens (law gent, 0.4) with fibres of 2 times its modulus is assumed";
+        assert!(both.contains(want), "{both}");
+        assert!(assumed("fibres = 2.0").unwrap().starts_with("fibres of 2 times"));
     }
 }

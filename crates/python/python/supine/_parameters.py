@@ -96,6 +96,16 @@ class Tissue(TypedDict, total=False):
     """Poisson's ratio; 0 to 0.4998. Default: 0.45."""
     density: float | None
     """Density (kg/m3); 1 to 20000. Default: 1000."""
+    law: Literal["neo-hookean", "exponential", "gent", "yeoh"] | None
+    """How tissue resists beyond small strain: all but neo-hookean stiffen. Default: "neo-hookean"."""
+    stiffening: float | None
+    """How much the shear modulus grows by unit of Q = tr C - 3 - 2 ln J at small strain, with a law that stiffens;
+    0.001 to 20. Default: 1.5."""
+    fibres: float | None
+    """Young's modulus that fibres from the chest wall to the skin add along themselves in tension, over that of the
+    tissue; 0: none; 0 to 1000. Default: 0."""
+    fibre_stiffening: float | None
+    """K of the fibres, how fast they stiffen, with fibres; 0.001 to 100. Default: 1."""
     rest: Literal["net", "unloaded"] | None
     """Rest state: net takes the CT shape as free of stress, unloaded finds the shape without gravity first.
     Default: "net"."""
