@@ -1,8 +1,8 @@
 //! Which way fibres run: from the chest wall to the skin.
 //!
-//! Along the gradient of the solution of Laplace's equation that is 0 on the wall and 1 on the skin,
-//! on linear elements; its sum over the tetrahedra around each point, weighted with their volume, is
-//! interpolated in between. So they meet both surfaces nearly at right angles, as the ligaments of
+//! Along the gradient of the solution of Laplace's equation that is 0 on the wall and 1 on the
+//! skin, on linear elements; its sum over the tetrahedra around each point, weighted with their
+//! volume, is interpolated in between. So they meet both surfaces nearly at right angles, as the ligaments of
 //! Cooper do in the mean.
 
 use crate::element::{Elements, quadrature};
@@ -29,7 +29,8 @@ pub(crate) fn wall_to_skin<const Q: usize>(mesh: &TetMesh) -> Vec<[Vector; Q]> {
     mesh.tets().iter().map(of).collect()
 }
 
-/// The gradient at each point times the volume of the tetrahedra around, mm²; `None` when no solution is found.
+/// The gradient at each point times the volume of the tetrahedra around, mm²; `None` when no
+/// solution is found.
 fn gradients_at_points(mesh: &TetMesh) -> Option<Vec<Vector>> {
     let positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
     let elements = Elements::<4, 1>::new(&positions, mesh.tets().to_vec()).ok()?;
