@@ -2,8 +2,8 @@
 //!
 //! Along the gradient of the solution of Laplace's equation that is 0 on the wall and 1 on the
 //! skin, on linear elements; its sum over the tetrahedra around each point, weighted with their
-//! volume, is interpolated in between. So they meet both surfaces nearly at right angles, as the ligaments of
-//! Cooper do in the mean.
+//! volume, is interpolated in between. So they meet both surfaces nearly at right angles, as the
+//! ligaments of Cooper do in the mean.
 
 use crate::element::{Elements, quadrature};
 use crate::krylov::conjugate_gradients;
