@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::folder::Shelf;
 use crate::shared::ExportSource;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use supine_dicom::Clock;
 use supine_report::{Output, Warning as Told};
@@ -65,5 +65,18 @@ impl<'a> Work<'a> {
     /// [`Error::NoFolder`] in a session without one; when its parent folder cannot be made.
     pub(crate) fn place(&self, artifact: &'static str) -> Result<PathBuf, Error> {
         self.shelf.as_ref().ok_or(Error::NoFolder)?.place(artifact)
+    }
+
+    /// Has a folder of the node filled under a passing name and puts it in its place: it is there
+    /// with all its files or not at all.
+    ///
+    /// # Errors
+    /// As [`Self::place`] and as `write`; when the folder cannot be made or renamed.
+    pub(crate) fn fill<T>(
+        &self,
+        artifact: &'static str,
+        write: impl FnOnce(&Path) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        self.shelf.as_ref().ok_or(Error::NoFolder)?.fill(artifact, write)
     }
 }

@@ -472,6 +472,27 @@ impl Shelf<'_> {
         Ok(path)
     }
 
+    /// Has the folder of an artifact filled under a passing name and puts it in its place, which
+    /// must be free.
+    pub(crate) fn fill<T>(
+        &self,
+        artifact: &'static str,
+        write: impl FnOnce(&Path) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let path = self.place(artifact)?;
+        let output = |source| Error::Output { path: path.clone(), source };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".supine-");
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let passing = builder.tempdir_in(path.parent().unwrap_or(self.root)).map_err(output)?;
+        let written = write(passing.path())?;
+        fs::rename(passing.path(), &path).map_err(output)?;
+        // It has moved away: there is nothing left to delete.
+        let _moved = passing.keep();
+        Ok(written)
+    }
+
     /// Where an artifact lies.
     pub(crate) fn path(&self, artifact: &'static str) -> PathBuf {
         self.root.join(names::path_of(self.node, artifact))

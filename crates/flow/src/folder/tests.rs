@@ -170,3 +170,35 @@ fn what_was_set_aside_goes_when_the_same_is_made_again() {
         assert!(dir.path().join("mesh/rest.vtu").exists());
     }
 }
+
+/// A run that is killed while it fills a folder leaves nothing under the folder's name, and what it
+/// left under another goes when the next one begins.
+#[test]
+fn a_folder_is_there_with_all_its_files_or_not_at_all() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = RunFolder::open(dir.path()).unwrap();
+    let shelf = folder.shelf(NodeId::Registration);
+    let there = || dir.path().join("registration").exists();
+    let stopped = shelf.fill("registrations", |passing| {
+        fs::write(passing.join("deformable.dcm"), "half").unwrap();
+        assert!(!there());
+        Err::<(), _>(Error::NoFolder)
+    });
+    assert!(stopped.is_err() && !there());
+    // As a kill leaves it.
+    let begun = dir.path().join(".supine-aB3dE6");
+    fs::create_dir(&begun).unwrap();
+    fs::write(begun.join(".supine-Xy12Zw.part"), "half").unwrap();
+    drop(folder);
+    let folder = RunFolder::open(dir.path()).unwrap();
+    assert!(!begun.exists());
+    let write = |passing: &Path| {
+        for name in ["deformable.dcm", "chest-wall.dcm"] {
+            fs::write(passing.join(name), name).unwrap();
+        }
+        Ok(())
+    };
+    folder.shelf(NodeId::Registration).fill("registrations", write).unwrap();
+    let left = fs::read_dir(dir.path().join("registration")).unwrap().count();
+    assert!(left == 2 && !dir.path().join("set-aside").exists());
+}

@@ -60,22 +60,22 @@ impl Node for Carry {
             ExportedFiles { series, registration, secret: inputs.secret, not_usable: false };
         let progress = work.progress;
         let context = CarryContext::of(&files, input.source.as_ref(), progress.part(0.0, 0.5))?;
-        let folder = work.place("objects")?;
         let shown = work.shelf.map_or("", |shelf| shelf.name("objects"));
-        std::fs::create_dir_all(&folder)
-            .map_err(|source| Error::Output { path: folder.clone(), source })?;
         let mut carried = Carried::default();
-        for (n, (object, name)) in given.iter().zip(file_names(&given)).enumerate() {
-            progress.at(0.5 + 0.5 * n as f64 / given.len() as f64)?;
-            let (out, file) = (folder.join(&name), format!("{shown}/{name}"));
-            // The structure set of the run itself is the first of its kind.
-            let before = given[..=n].iter().filter(|one| one.kind == object.kind).count();
-            let place = (&context, before);
-            let (told, written) = object.write(&moved.objects[n], place, (&out, &file))?;
-            let warnings = object.warnings.iter().cloned().chain(written);
-            work.warn_all(warnings.map(|w| w.of(format!("{}: ", told.file))));
-            carried.objects.push(told);
-        }
+        work.fill("objects", |folder| {
+            for (n, (object, name)) in given.iter().zip(file_names(&given)).enumerate() {
+                progress.at(0.5 + 0.5 * n as f64 / given.len() as f64)?;
+                let (out, file) = (folder.join(&name), format!("{shown}/{name}"));
+                // The structure set of the run itself is the first of its kind.
+                let before = given[..=n].iter().filter(|one| one.kind == object.kind).count();
+                let place = (&context, before);
+                let (told, written) = object.write(&moved.objects[n], place, (&out, &file))?;
+                let warnings = object.warnings.iter().cloned().chain(written);
+                work.warn_all(warnings.map(|w| w.of(format!("{}: ", told.file))));
+                carried.objects.push(told);
+            }
+            Ok(())
+        })?;
         carried.inputs = inputs.objects.iter().map(|(kind, file)| file.told(kind.name())).collect();
         work.warn_all(moved.warnings.iter().cloned());
         carried.histograms = moved.histograms.clone();

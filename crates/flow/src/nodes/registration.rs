@@ -50,7 +50,6 @@ impl Node for Registration {
         let (Some(named), Some(series)) = (named.as_ref(), &exported.series) else {
             return Ok(Registered::default());
         };
-        let folder = work.place("registrations")?;
         let (ct, progress) = (input.ct.grid(), work.progress);
         let between = RegisteredSeries { ct, source: &named.source, exported: series };
         let deformation = &solved.deformation;
@@ -65,7 +64,10 @@ impl Node for Registration {
             }
         };
         let part = progress.part(0.5, 1.0);
-        let facts = write_registration(&between, deformation, &map.fields, &folder, part)?;
+        let facts = work.fill("registrations", |folder| {
+            write_registration(&between, deformation, &map.fields, folder, part)
+        })?;
+        let folder = work.place("registrations")?;
         Ok(Registered { deformable: Some(deformable(&folder)), facts: Some(facts) })
     }
 
