@@ -1,11 +1,13 @@
 //! A cold solution of one of the problems of the reference data, its cost and its error:
 //! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved | LAW STIFFENING |
-//! fibres RATIO]`, JSON on stdout.
+//! fibres RATIO | BOUNDARY]`, JSON on stdout.
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the
 //! name of one of its displacement fields (`net_tilt`), `unl_X` for the stress-free shape, or
 //! `net_sit_dxdE` for the derivative by the modulus. `curved`: the elements follow skin and chest
-//! wall, and no stored field is theirs. LAW (`exponential`) takes its fields from `laws_1.6k_P2`.
+//! wall, and no stored field is theirs. LAW (`exponential`) takes its fields from `laws_1.6k_P2`,
+//! BOUNDARY (a wall that slides, a skin or both: `wall`, `skin`, `both`, `soft`, `both_soft`) from
+//! `surfaces_1.6k_P2`.
 //! Everything from the mesh to the displacement counts as the
 //! solution.
 #![expect(
@@ -24,7 +26,8 @@ use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::json;
 use std::sync::Arc;
 use supine_fem::{
-    Body, Cut, Info, Law, Load, Params, RestState, Tissue, sensitivity, solve, unload,
+    Body, Cut, Info, Law, Load, Membrane, Params, RestState, SlidingArea, Tissue, sensitivity,
+    solve, unload,
 };
 use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
 use supine_space::{Point, Progress, Vector, sitting, supine};
@@ -39,22 +42,33 @@ const TRUE: [&str; 2] = ["40k", "12k"];
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [reference, mesh, order, field, tolerance, sides @ ..] = &words[..] else {
-        bail!("bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved | LAW STIFFENING]");
+        bail!(
+            "bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved | LAW STIFFENING | BOUNDARY]"
+        );
     };
     let order = self::order(order)?;
     let reference = Reference(reference.into());
     let mut problem = reference.problem(mesh, order, field)?;
     let curved = sides == ["curved"];
-    if let [name, stiffening] = sides {
-        let law = Law::ALL.into_iter().find(|law| law.name() == name);
-        if name == "fibres" {
-            problem.tissue.fibres = stiffening.parse()?;
-        } else {
-            problem.tissue.law = law.context("no such law")?;
-            problem.tissue.stiffening = stiffening.parse()?;
+    match sides {
+        [] => {}
+        [word] if word == "curved" => {}
+        [boundary] => {
+            let params = reference.boundary(boundary, problem.params)?;
+            (problem.params, problem.stored) = (params, Some(("surfaces", boundary.clone())));
         }
+        [name, ratio] => {
+            if name == "fibres" {
+                problem.tissue.fibres = ratio.parse()?;
+            } else {
+                let law = Law::ALL.into_iter().find(|law| law.name() == name);
+                problem.tissue.law = law.context("no such law")?;
+                problem.tissue.stiffening = ratio.parse()?;
+            }
+            problem.stored = Some(("laws", name.clone()));
+        }
+        _ => bail!("{sides:?} is neither `curved` nor a law nor a boundary"),
     }
-    ensure!(curved || [0, 2].contains(&sides.len()), "{sides:?} is neither `curved` nor a law");
     if curved {
         problem.curved = Some(curved::offsets(&reference, &problem.mesh)?);
     }
@@ -99,6 +113,8 @@ struct Problem {
     load: Load,
     params: Params,
     wanted: Wanted,
+    /// Archive and name of its stored fields, when they are not those of the mesh.
+    stored: Option<(&'static str, String)>,
 }
 
 /// What of it is wanted.
@@ -182,7 +198,29 @@ impl Reference {
             load,
             params,
             wanted,
+            stored: None,
         })
+    }
+
+    /// The parameters with a boundary of `fixtures/fem/make_surfaces.py`.
+    fn boundary(&self, name: &str, params: Params) -> Result<Params> {
+        let centre: Array1<f64> = self.open("surfaces_1.6k_P2")?.by_name("wall_centre")?;
+        let area = SlidingArea {
+            centre: Some(Point::new(centre[0], centre[1], centre[2])),
+            radius_mm: 60.0,
+            rim_mm: 20.0,
+            stiffness_kpa_mm: 0.02,
+        };
+        let skin = |young_kpa, stretch| Some(Membrane { thickness_mm: 1.8, young_kpa, stretch });
+        let (sliding, skin) = match name {
+            "wall" => (Some(area), None),
+            "skin" => (None, skin(40.0, 1.02)),
+            "both" => (Some(area), skin(40.0, 1.02)),
+            "soft" => (None, skin(5.0, 1.1)),
+            "both_soft" => (Some(area), skin(5.0, 1.1)),
+            _ => bail!("no boundary is called {name}"),
+        };
+        Ok(Params { sliding, skin, ..params })
     }
 
     /// Largest nodal difference to the stored field, mm, if it is stored; that of the derivative as
@@ -193,12 +231,12 @@ impl Reference {
         problem: &Problem,
         u: &Displacement,
     ) -> Result<Option<f64>> {
-        let Tissue { law, fibres, .. } = problem.tissue;
-        let name = if fibres > 0.0 { "fibres" } else { law.name() };
-        let (stored, field) = if fibres <= 0.0 && law.is_default() {
-            (self.fields(mesh, order)?, field.to_owned())
-        } else {
-            (self.open(&format!("laws_{mesh}_P{}", order.number())).ok(), format!("{name}_{field}"))
+        let (stored, field) = match &problem.stored {
+            None => (self.fields(mesh, order)?, field.to_owned()),
+            Some((archive, name)) => {
+                let archive = format!("{archive}_{mesh}_P{}", order.number());
+                (self.open(&archive).ok(), format!("{name}_{field}"))
+            }
         };
         let Some(mut stored) = stored else { return Ok(None) };
         let stored = match stored.by_name::<_, ndarray::Ix2>(&field) {

@@ -90,12 +90,12 @@ impl Problem {
         let region = Region::new(labels.clone(), *sphere)?.with_surfaces(surfaces.clone())?;
         let params = Params { tetrahedra, ..Params::default() };
         let refine = goal.map_or(Refine::Nowhere, |order| {
-            Refine::Goal(Goal {
+            Refine::Goal(Box::new(Goal {
                 place: self.tumour,
                 tissue: self.tissue,
                 load: self.load,
                 solver: solver(order),
-            })
+            }))
         });
         let mesher = (Mesher::Native, &refine);
         let (mesh, _) = mesh_region(&region, &params, mesher, Progress::none())?;

@@ -97,7 +97,7 @@ static TRIES: &[Try] = &[
     case(
         "a tilt out of range",
         &["table = { ap = 700.0, lat = 5.0 }"],
-        &["`table.ap`", "from -90 to 90 degrees"],
+        &["`table.ap`", "from -180 to 180 degrees"],
     ),
     case("a folder that is not there", &["ct = 'scan'"], &["`ct`", "scan"]),
     Try {

@@ -251,6 +251,8 @@ fn mechanics(bench: &Bench<'_>) -> Result<String> {
         agreement::convergence(&mechanics)?,
         agreement::agreement(&mechanics)?,
         agreement::laws(&mechanics)?,
+        agreement::boundaries(&mechanics)?,
+        include_str!("verify/beyond.md").to_owned(),
         applicator::table(&mechanics)?,
     ]
     .concat())

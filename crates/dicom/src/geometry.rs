@@ -9,7 +9,7 @@ use crate::slice::Slice;
 use crate::source::Source;
 use crate::tilt::Lean;
 use std::collections::BTreeSet;
-use supine_space::{Grid, Matrix, Point, Vector, Warning};
+use supine_space::{Grid, Matrix, Point, Posture, Vector, Warning};
 
 /// Fewest slices that make a volume.
 pub(crate) const MIN_SLICES: usize = 3;
@@ -269,36 +269,37 @@ fn not_tilted(slices: &[&Slice], normal: &Vector) -> Result<(), Error> {
     Ok(())
 }
 
-/// Why a CT in a Patient Position (PS3.3 C.7.3.1.1.2) is none of a patient who lay on her back;
-/// none when it is, or when the position says nothing that is known.
-pub fn not_supine(position: &str) -> Option<String> {
-    let how = match position.get(2..)? {
-        "P" => "prone",
-        "DR" | "DL" => "on her side",
-        _ => return None,
-    };
-    ["HF", "FF"].contains(&&position[..2]).then(|| {
-        format!(
-            "its Patient Position is {position}: the patient lay {how}, and the method starts from gravity towards her back; \
-             use a CT of her lying on her back"
-        )
-    })
+/// Why a CT in a Patient Position is none of a patient in the posture that is taken; none when it
+/// is, or when the position says nothing that is known. There is none for a patient who is upright:
+/// of her every one is taken.
+pub fn lay_otherwise(position: &str, taken: Posture) -> Option<String> {
+    if taken == Posture::Upright {
+        return None;
+    }
+    let told = Posture::of_patient_position(position).filter(|told| *told != taken)?;
+    Some(format!(
+        "its Patient Position is {position}: the patient {}, and gravity is taken as of one who {}; say position = \"{}\", or give \
+         another CT",
+        told.told(),
+        taken.told(),
+        told.name()
+    ))
 }
 
-/// Gravity is taken along the patient's back; another posture than supine contradicts that.
+/// Says that the posture is not known, or none of those that are.
 fn warn_about_position(slice: &Slice, warnings: &mut Vec<Warning>) {
     match slice.patient_position.as_str() {
-        "HFS" | "FFS" => {}
+        known if Posture::of_patient_position(known).is_some() => {}
         "" => {
-            let text = "Patient Position is missing; the patient is taken to lie on her back";
+            let text = "Patient Position is missing; the patient is taken to lie as `position` says, on her back unless that is given";
             warnings.push(Warning::new("patient-position-missing", text));
         }
         other => {
             let text = format!(
-                "Patient Position is {other}: the patient did not lie on her back, so gravity \
-                 during the scan was not what the method assumes"
+                "Patient Position is {other}, which is not known here: check that gravity pulled as \
+                 `position` says, towards her back unless that is given"
             );
-            warnings.push(Warning::new("patient-not-supine", text));
+            warnings.push(Warning::new("patient-position-unknown", text));
         }
     }
     if slice.frame_of_reference.is_empty() {

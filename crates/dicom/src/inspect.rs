@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::Place;
 use crate::folder::{Folder, Series, kind};
-use crate::geometry::{not_supine, stack};
+use crate::geometry::stack;
 use crate::padding::Padding;
 use crate::plausible::Tally;
 use crate::read::{Opened, SliceFile, shared};
@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_record::PatientIdentity;
-use supine_space::{Progress, Warning};
+use supine_space::{Posture, Progress, Warning};
 
 /// What a folder holds. Carries no name, ID or date of a patient.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -234,9 +234,16 @@ fn plan_objects(folder: &Folder, root: &Path) -> Vec<PlanObject> {
     folder.other.iter().filter_map(of).collect()
 }
 
-/// Why the patient of these slices did not lie as the method takes it.
-fn lying(slices: &[&Slice]) -> Option<String> {
-    slices.first().and_then(|slice| not_supine(&slice.patient_position))
+/// What a case must say of a patient who did not lie on her back.
+fn lying(slices: &[&Slice]) -> Option<Warning> {
+    let position = &slices.first()?.patient_position;
+    let lay = Posture::of_patient_position(position).filter(|lay| *lay != Posture::Supine)?;
+    let text = format!(
+        "Patient Position is {position}: the patient {}; a case of this CT says position = \"{}\"",
+        lay.told(),
+        lay.name()
+    );
+    Some(Warning::new("patient-not-supine", text))
 }
 
 fn report(series: &Series, accept: Accept) -> SeriesReport {
@@ -245,12 +252,10 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
     let stacked = match faulty {
         _ if slices.iter().any(|s| s.deformed) => Err(format!("it is {DEFORMED_ALREADY}")),
         Some(error) => Err(error.to_string()),
-        None => match lying(&slices) {
-            Some(why) => Err(why),
-            None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
-        },
+        None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
     };
     let mut warnings = of_series(&slices);
+    warnings.extend(lying(&slices));
     let (grid, reason) = match stacked {
         Ok(stack) => {
             warnings.extend(stack.warnings);

@@ -77,7 +77,7 @@ pub use error::Error;
 pub use excluded::{LeftOut, LeftOutReason};
 pub use export::{ExportParams, WriteInfo, write_series};
 pub use files::{source_files, source_folder};
-pub use geometry::not_supine;
+pub use geometry::lay_otherwise;
 pub use inspect::{
     Depth, GridReport, Inspection, KindCount, PixelReport, PlanObject, PlanObjectKind,
     SeriesReport, SlicePixels, inspect,

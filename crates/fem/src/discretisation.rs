@@ -3,7 +3,9 @@
 use crate::curved::Straightening;
 use crate::element::{Elements, element_nodes};
 use crate::fibre_directions::wall_to_skin;
+use crate::params::SlidingArea;
 use crate::pattern::{Pattern, Storage};
+use crate::sliding_wall::placed;
 use crate::{Error, Job, support};
 use std::sync::{Arc, OnceLock};
 use supine_space::Vector;
@@ -12,6 +14,8 @@ use supine_space::Vector;
 pub(crate) struct Discretisation<const N: usize, const Q: usize> {
     /// Positions of its nodes, mm.
     pub(crate) positions: Vec<Vector>,
+    /// Where the tissue slides on the chest wall, if it does.
+    pub(crate) sliding: Option<SlidingArea>,
     /// Which of them are held.
     pub(crate) held: Vec<bool>,
     /// The elements there.
@@ -33,7 +37,13 @@ impl<const N: usize, const Q: usize> Discretisation<N, Q> {
     /// When nothing holds the tissue, nothing is free, or a tetrahedron is flat.
     pub(crate) fn new(job: &Job<'_>) -> Result<Self, Error> {
         let positions = job.positions::<N>();
-        let held = support::held_nodes(&job.body.mesh, job.edges, positions.len(), job.params.cut);
+        let sliding = job.params.sliding.map(|area| placed(area, &job.body.mesh));
+        let held = support::held_nodes(
+            &job.body.mesh,
+            job.edges,
+            positions.len(),
+            (job.params.cut, sliding.as_ref()),
+        );
         support::check_support(&job.body.mesh, &held)?;
         let elements = Elements::new(&positions, element_nodes(&job.body.mesh, job.edges))
             .map_err(Error::flat)?;
@@ -41,8 +51,20 @@ impl<const N: usize, const Q: usize> Discretisation<N, Q> {
         let straight = job.straightening::<N>(&positions);
         let elements = Arc::new(elements);
         let fibred = job.body.tissue.fibres > 0.0;
-        let fibres = fibred.then(|| wall_to_skin(&job.body.mesh));
-        Ok(Self { positions, held, elements, fibres, lower, full: OnceLock::new(), straight })
+        let fibres = fibred.then(|| match job.body.tissue.fibre_direction {
+            Some(along) => vec![[Vector::from(along).normalize(); Q]; elements.nodes.len()],
+            None => wall_to_skin(&job.body.mesh),
+        });
+        Ok(Self {
+            positions,
+            sliding,
+            held,
+            elements,
+            fibres,
+            lower,
+            full: OnceLock::new(),
+            straight,
+        })
     }
 
     /// The pattern of the unsymmetric derivative, found when first asked for.

@@ -43,8 +43,8 @@ pub enum Error {
     /// Nothing holds the body.
     #[error(
         "nothing holds {tets} of the {of} tetrahedra (among them tetrahedron {tet}): their part of \
-         the mesh has no chest_wall face. Check the segmentation of the chest wall, or choose a \
-         region that reaches it"
+         the mesh has no chest_wall face, or slides on all of them. Check the segmentation of the \
+         chest wall, choose a region that reaches it, or let it slide on a smaller part"
     )]
     NoSupport {
         /// Tetrahedra without support.

@@ -1,12 +1,13 @@
 //! Which way fibres run: from the chest wall to the skin.
 //!
 //! Along the gradient of the solution of Laplace's equation that is 0 on the wall and 1 on the
-//! skin, on linear elements; its sum over the tetrahedra around each point, weighted with their
+//! skin, on linear elements; its mean over the tetrahedra around each point, weighted with their
 //! volume, is interpolated in between. So they meet both surfaces nearly at right angles, as the
 //! ligaments of Cooper do in the mean.
 
 use crate::element::{Elements, quadrature};
 use crate::krylov::conjugate_gradients;
+use crate::recovery::recovered;
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::Vector;
 
@@ -29,21 +30,15 @@ pub(crate) fn wall_to_skin<const Q: usize>(mesh: &TetMesh) -> Vec<[Vector; Q]> {
     mesh.tets().iter().map(of).collect()
 }
 
-/// The gradient at each point times the volume of the tetrahedra around, mm²; `None` when no
-/// solution is found.
+/// The gradient at each point, 1/mm; `None` when no solution is found.
 fn gradients_at_points(mesh: &TetMesh) -> Option<Vec<Vector>> {
     let positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
     let elements = Elements::<4, 1>::new(&positions, mesh.tets().to_vec()).ok()?;
     let solution = potential(mesh, &elements)?;
-    let mut sum = vec![Vector::zeros(); positions.len()];
-    for (tet, (g, weight)) in
-        mesh.tets().iter().zip(elements.gradients.iter().zip(&elements.weights))
-    {
-        let own: Vector =
-            tet.iter().zip(&g[0]).map(|(p, g)| g * solution[*p as usize]).sum::<Vector>();
-        tet.iter().for_each(|p| sum[*p as usize] += own * weight[0]);
-    }
-    Some(sum)
+    // Its gradient is a row of that of a field along x.
+    let field: Vec<Vector> = solution.into_iter().map(|value| Vector::x() * value).collect();
+    let gradients = recovered(&positions, &elements.nodes, mesh, &field);
+    Some(gradients.into_iter().map(|gradient| gradient.row(0).transpose()).collect())
 }
 
 /// 0 on the wall, 1 on the skin, harmonic between.

@@ -11,17 +11,18 @@
 //! weight is left out.
 
 use crate::body::Body;
+use crate::boundary::{Face, faces_on};
 use crate::element::shape;
 use crate::material::Material;
 use crate::pattern::{Block, Pattern, pairs};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
-use supine_mesh::{BoundaryTag, Edges, Order, TET_FACES, TetMesh};
+use supine_mesh::{BoundaryTag, Edges, Order, TetMesh};
 use supine_space::{Point, Vector};
 
 /// Weights and barycentric coordinates of a rule for triangles, exact to degree 4 (Dunavant 1985,
 /// table II); the coordinates are (c, c, 1 − 2c) in each order.
-const TRIANGLE_RULE: [(f64, f64); 2] = [
+pub(crate) const TRIANGLE_RULE: [(f64, f64); 2] = [
     (0.223_381_589_678_011, 0.445_948_490_915_965),
     (0.109_951_743_655_322, 0.091_576_213_509_771),
 ];
@@ -29,7 +30,7 @@ const TRIANGLE_RULE: [(f64, f64); 2] = [
 /// Springs of a body whose elements have `N` nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct Foundation<const N: usize> {
-    faces: Vec<Face<N>>,
+    faces: Vec<SpringFace<N>>,
     /// Mean k over the cut, kPa/mm.
     pub(crate) mean_kpa_mm: f64,
     /// k was given: it does not grow with the moduli.
@@ -38,7 +39,7 @@ pub(crate) struct Foundation<const N: usize> {
 
 /// Springs of one face of the cut.
 #[derive(Clone, Debug)]
-struct Face<const N: usize> {
+struct SpringFace<const N: usize> {
     element: usize,
     /// ∫ k N_a N_b dA, mN/mm; zero for nodes off the face.
     stiffness: [[f64; N]; N],
@@ -49,13 +50,23 @@ impl<const N: usize> Foundation<N> {
     /// `materials` are those of the tetrahedra.
     pub(crate) fn new(mesh: &TetMesh, materials: &[Material], kpa_mm: Option<f64>) -> Self {
         let (mut faces, mut area, mut sum) = (Vec::new(), 0.0, 0.0);
-        for CutFace { element, own, area_mm2, kpa_mm } in cut_springs_of(mesh, materials, kpa_mm) {
+        for (Face { element, own, area_mm2, .. }, kpa_mm) in cut_springs_of(mesh, materials, kpa_mm)
+        {
             area += area_mm2;
             sum += kpa_mm * area_mm2;
-            faces.push(Face { element, stiffness: products::<N>(own, kpa_mm * area_mm2) });
+            faces.push(SpringFace { element, stiffness: products::<N>(own, kpa_mm * area_mm2) });
         }
         let mean_kpa_mm = if area > 0.0 { sum / area } else { 0.0 };
         Self { faces, mean_kpa_mm, given: kpa_mm.is_some() }
+    }
+
+    /// Springs on faces with ∫ k dA given for each, mN/mm.
+    pub(crate) fn given(faces: impl Iterator<Item = (Face, f64)>) -> Self {
+        let spring = |(face, total): (Face, f64)| SpringFace {
+            element: face.element,
+            stiffness: products::<N>(face.own, total),
+        };
+        Self { faces: faces.map(spring).collect(), mean_kpa_mm: 0.0, given: true }
     }
 
     /// The springs at those elements that are to be kept, which then are renumbered.
@@ -63,7 +74,7 @@ impl<const N: usize> Foundation<N> {
         let mut number = vec![0; keep.len()];
         (1..keep.len()).for_each(|e| number[e] = number[e - 1] + usize::from(keep[e - 1]));
         let faces = self.faces.iter().filter(|face| keep[face.element]);
-        let faces = faces.map(|face| Face { element: number[face.element], ..face.clone() });
+        let faces = faces.map(|face| SpringFace { element: number[face.element], ..face.clone() });
         Self { faces: faces.collect(), ..*self }
     }
 
@@ -118,31 +129,20 @@ impl<const N: usize> Foundation<N> {
     }
 }
 
-/// A face of the cut.
-struct CutFace {
-    element: usize,
-    /// Its corners, of those of the tetrahedron.
-    own: [usize; 3],
-    area_mm2: f64,
-    kpa_mm: f64,
-}
-
 /// The faces of the cut with their stiffness, kPa/mm: the one that is given, or that of the layer
 /// beyond.
-fn cut_springs_of(mesh: &TetMesh, materials: &[Material], kpa_mm: Option<f64>) -> Vec<CutFace> {
+fn cut_springs_of(mesh: &TetMesh, materials: &[Material], kpa_mm: Option<f64>) -> Vec<(Face, f64)> {
     let thickness = if kpa_mm.is_none() { cut_thickness(mesh) } else { BTreeMap::new() };
-    let face = |(element, own): (usize, [usize; 3])| {
-        let points = own.map(|corner| mesh.tets()[element][corner]);
-        let [a, b, c] = points.map(|p| mesh.points()[p as usize]);
-        let area_mm2 = (b - a).cross(&(c - a)).norm() / 2.0;
+    let stiffness = |face: &Face| {
         let of_layer = || {
-            let mean = points.iter().map(|p| thickness[p]).sum::<f64>() / 3.0;
+            let mean = face.points.iter().map(|p| thickness[p]).sum::<f64>() / 3.0;
             // Where wall and skin meet the layer is not thinner than the mesh can show.
-            FRAC_PI_2 * materials[element].shear_kpa() / mean.max(area_mm2.sqrt())
+            FRAC_PI_2 * materials[face.element].shear_kpa() / mean.max(face.area_mm2.sqrt())
         };
-        CutFace { element, own, area_mm2, kpa_mm: kpa_mm.unwrap_or_else(of_layer) }
+        kpa_mm.unwrap_or_else(of_layer)
     };
-    cut_faces(mesh).into_iter().map(face).collect()
+    let faces = faces_on(mesh, BoundaryTag::Cut).into_iter();
+    faces.map(|face| (face, stiffness(&face))).collect()
 }
 
 /// A linear spring between the same direction of two nodes, in each direction.
@@ -217,22 +217,6 @@ fn products<const N: usize>(corners: [usize; 3], total: f64) -> [[f64; N]; N] {
         }
     }
     sum
-}
-
-/// Each face of the cut: its tetrahedron and which of its corners.
-fn cut_faces(mesh: &TetMesh) -> Vec<(usize, [usize; 3])> {
-    let sorted = |mut points: [u32; 3]| {
-        points.sort_unstable();
-        points
-    };
-    let cut = mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Cut);
-    let cut: BTreeSet<[u32; 3]> = cut.map(|f| sorted(f.points)).collect();
-    let mut found = Vec::with_capacity(cut.len());
-    for (t, tet) in mesh.tets().iter().enumerate() {
-        let own = TET_FACES.iter().filter(|f| cut.contains(&sorted(f.map(|c| tet[c]))));
-        found.extend(own.map(|f| (t, *f)));
-    }
-    found
 }
 
 /// Thickness of the tissue at each point of the cut, mm: the way to the nearest point of the chest

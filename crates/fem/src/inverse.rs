@@ -8,12 +8,12 @@
 
 use crate::analysis::OutOfMemory;
 use crate::element::Elements;
-use crate::foundation::Foundation;
 use crate::krylov::{gmres, norm};
 use crate::material::{Fibres, Gradient, LoadedState, Material};
 use crate::model::{Folded, Model};
 use crate::outcome::SolveError;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
+use crate::surfaces::Surfaces;
 use crate::tangent::Tangent;
 use supine_space::{Matrix, Progress, Vector};
 
@@ -39,8 +39,8 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     pub(crate) materials: &'a [Material],
     /// Fibres on the loaded shape; of any length.
     pub(crate) fibres: Option<&'a Fibres<Q>>,
-    /// Springs on its cut.
-    pub(crate) foundation: Option<&'a Foundation<N>>,
+    /// What acts on its boundary; on any stress-free shape.
+    pub(crate) surfaces: &'a Surfaces<N>,
     /// The load, kPa/mm per stress-free volume.
     pub(crate) force: Vector,
     /// Positions of the nodes of the loaded shape, mm.
@@ -55,8 +55,8 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     /// Residual forces (mN per node, held nodes included) at X = x + `y`.
     ///
     /// f = dX/dx, F = f^-1, j = det f, b = F Fᵀ, σ = j [m (b − I) − λ ln j I],
-    /// R_a = Σ_q w [σ g_a − j N_a force], g_a and w on the loaded shape; springs on the cut add
-    /// −∫ k N_a y dA.
+    /// R_a = Σ_q w [σ g_a − j N_a force], g_a and w on the loaded shape, and the forces of the
+    /// boundary.
     ///
     /// # Errors
     /// When an element of X is turned inside out.
@@ -73,9 +73,8 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
                 }
             }
         }
-        if let Some(springs) = self.foundation {
-            springs.add_forces(&self.loaded.nodes, y, -1.0, &mut residual);
-        }
+        let (surfaces, u) = self.boundary(y);
+        surfaces.evaluate(&self.loaded.nodes, &u, &mut residual);
         Ok(residual)
     }
 
@@ -104,10 +103,16 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
                 place.add(&block(&blocks[a][c]), values);
             }
         }
-        if let Some(springs) = self.foundation {
-            springs.add_stiffness(-1.0, self.full, values);
-        }
+        let (surfaces, u) = self.boundary(y);
+        surfaces.add_rest_stiffness(&self.loaded.nodes, &u, self.full, values);
         Ok(())
+    }
+
+    /// What acts on the boundary of the body whose stress-free shape is x + `y`, and the
+    /// displacement from there to x.
+    fn boundary(&self, y: &[Vector]) -> (Surfaces<N>, Vec<Vector>) {
+        let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
+        (self.surfaces.at_rest(&self.loaded.nodes, &rest), y.iter().map(|y| -y).collect())
     }
 
     fn state(&self, e: usize, q: usize, y: &[Vector]) -> Result<LoadedState, Folded> {
@@ -193,7 +198,8 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
         let elements = Elements::new(&rest, self.loaded.nodes.clone()).ok()?;
         let fibres = self.fibres.map(|fibres| fibres.pushed(self.loaded, y).unit());
-        Some(Model::new(elements, self.materials.to_vec(), fibres).on(self.foundation.cloned()))
+        let surfaces = self.surfaces.at_rest(&self.loaded.nodes, &rest);
+        Some(Model::new(elements, self.materials.to_vec(), fibres).bounded(surfaces))
     }
 }
 
@@ -248,7 +254,9 @@ impl Solver {
             };
             let next = (0..SHORTENINGS).find_map(|shortening| {
                 let t = 0.5f64.powi(shortening as i32);
-                let next: Vec<Vector> = y.iter().zip(&direction).map(|(y, d)| y + d * t).collect();
+                let mut next: Vec<Vector> =
+                    y.iter().zip(&direction).map(|(y, d)| y + d * t).collect();
+                problem.surfaces.follow_wall_rest(problem.positions, &y, &mut next);
                 let r_next = residual(&next)?;
                 (norm(&r_next) < (1.0 - 1e-4 * t) * norm(&r)).then_some((next, r_next))
             });

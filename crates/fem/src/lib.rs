@@ -50,6 +50,7 @@ mod background;
 mod batch;
 mod bilateral;
 mod body;
+mod boundary;
 mod cavity;
 mod complementarity;
 mod compliance;
@@ -86,12 +87,17 @@ mod rigid;
 mod sensitivity;
 mod sequence;
 mod site;
+mod skin;
 mod sliding;
+mod sliding_wall;
 mod smoothed_distance;
 mod snap;
 #[cfg(test)]
 mod solve_tests;
+#[cfg(test)]
+mod sphere_tests;
 mod support;
+mod surfaces;
 mod tangent;
 #[cfg(test)]
 mod test_mesh;
@@ -99,6 +105,7 @@ mod tilt;
 mod unilateral;
 mod wall;
 mod wall_effect;
+mod wall_shape;
 mod warm_start;
 
 pub use applicator::{Applicator, Reaction};
@@ -108,7 +115,7 @@ pub use error::Error;
 pub use foundation::{Spring, nodal_springs};
 pub use goal::{GoalErrors, error_shares, goal_errors};
 pub use outcome::Step;
-pub use params::{Info, Load, Params, SQUEEZED_DET_F, Tissue, Unloading};
+pub use params::{Info, Load, Membrane, Params, SQUEEZED_DET_F, SlidingArea, Tissue, Unloading};
 pub use quasi_newton::Budget;
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 pub use supine_record::{Cut, Law, RestState};
@@ -366,9 +373,9 @@ impl<'a> Job<'a> {
             );
             warn("load-steps", text);
         }
-        if self.body.tissue.poisson > 0.49 {
+        if N == 4 && self.body.tissue.poisson > 0.49 {
             let text = format!(
-                "a Poisson ratio of {:.3} makes tetrahedra too stiff (volumetric locking)",
+                "a Poisson ratio of {:.3} makes linear tetrahedra too stiff (volumetric locking): take order 2",
                 self.body.tissue.poisson
             );
             warn("volumetric-locking", text);

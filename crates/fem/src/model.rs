@@ -2,10 +2,10 @@
 
 use crate::batch::{Kernel, VolumeStrain, kernel};
 use crate::element::{Elements, kept};
-use crate::foundation::Foundation;
 use crate::material::{Fibres, Gradient, Material};
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::sliding::Slide;
+use crate::surfaces::Surfaces;
 use std::sync::Arc;
 use supine_space::{Matrix, Vector};
 
@@ -18,8 +18,8 @@ pub(crate) struct Model<const N: usize, const Q: usize> {
     pub(crate) materials: Arc<[Material]>,
     /// Fibres on its stress-free shape.
     pub(crate) fibres: Option<Arc<Fibres<Q>>>,
-    /// Springs on its cut.
-    pub(crate) foundation: Option<Arc<Foundation<N>>>,
+    /// What acts on its boundary.
+    pub(crate) surfaces: Arc<Surfaces<N>>,
     kernel: Arc<dyn Kernel<N, Q>>,
     /// Nodes that slide on a rigid body.
     pub(crate) slide: Option<Slide>,
@@ -50,19 +50,20 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         let elements = elements.into();
         let kernel = kernel(&elements, &materials, fibres.as_ref());
         let (materials, fibres) = (materials.into(), fibres.map(Arc::new));
-        Self { elements, materials, fibres, foundation: None, kernel, slide: None }
+        let surfaces = Arc::default();
+        Self { elements, materials, fibres, surfaces, kernel, slide: None }
     }
 
-    /// The body on springs, if there are any.
-    pub(crate) fn on(self, foundation: Option<Foundation<N>>) -> Self {
-        Self { foundation: foundation.map(Arc::new), ..self }
+    /// The body with what acts on its boundary.
+    pub(crate) fn bounded(self, surfaces: Surfaces<N>) -> Self {
+        Self { surfaces: Arc::new(surfaces), ..self }
     }
 
     /// The body without some of its elements.
     pub(crate) fn only(&self, keep: &[bool]) -> Self {
         let fibres = self.fibres.as_ref().map(|fibres| fibres.only(keep));
         Self::new(self.elements.only(keep), kept(&self.materials, keep), fibres)
-            .on(self.foundation.as_ref().map(|springs| springs.only(keep)))
+            .bounded(self.surfaces.only(keep))
     }
 
     /// The body with nodes that slide.
@@ -93,38 +94,28 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
             energy += self.elements.weights[e][q] * (self.materials[e].energy(&d) + fibres);
             self.add_stress(e, q, &self.stress(e, q, &d), &mut forces);
         }
-        let springs = self.springs(u, &mut forces);
-        Ok((energy + springs, forces))
+        let boundary = self.surfaces.evaluate(&self.elements.nodes, u, &mut forces);
+        Ok((energy + boundary, forces))
     }
 
-    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN), those of the springs
-    /// included.
+    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN), those of the
+    /// boundary included.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn evaluate(&self, u: &[Vector]) -> Option<(f64, Vec<Vector>)> {
         let mut forces = vec![Vector::zeros(); u.len()];
         let energy = self.kernel.evaluate(u, &mut forces)?;
-        let springs = self.springs(u, &mut forces);
-        Some((energy + springs, forces))
+        let boundary = self.surfaces.evaluate(&self.elements.nodes, u, &mut forces);
+        Some((energy + boundary, forces))
     }
 
-    /// Internal nodal forces that grow with the moduli, mN: all but those of springs of a given
-    /// stiffness.
+    /// Internal nodal forces that grow with the moduli of the tissue, mN.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn forces_by_modulus(&self, u: &[Vector]) -> Option<Vec<Vector>> {
         let (_, mut forces) = self.evaluate(u)?;
-        if let Some(springs) = &self.foundation {
-            springs.leave_out_given(&self.elements.nodes, u, &mut forces);
-        }
+        self.surfaces.leave_out_given(&self.elements.nodes, u, &mut forces);
         Some(forces)
-    }
-
-    /// Energy of the springs (mN mm); adds their nodal forces (mN).
-    fn springs(&self, u: &[Vector], forces: &mut [Vector]) -> f64 {
-        let Some(springs) = &self.foundation else { return 0.0 };
-        springs.add_forces(&self.elements.nodes, u, 1.0, forces);
-        springs.energy(&self.elements.nodes, u)
     }
 
     /// ln J after a `step` (mm) from `u`, to first order.
@@ -144,8 +135,9 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     /// Fills `blocks` with the stiffness
     ///
     /// K_ab = Σ_q w [m (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ + k s_a s_bᵀ], g_a = grad N_a, h_a =
-    /// F^-T g_a, s_a = F g_a − h_a ([`crate::material`]), and that of the springs; with the `predicted` volume strain in place of ln J
-    /// in c, if there is one; projected where nodes slide.
+    /// F^-T g_a, s_a = F g_a − h_a ([`crate::material`]), and that of the boundary; with the
+    /// `predicted` volume strain in place of ln J in c, if there is one; projected where nodes
+    /// slide.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
@@ -156,9 +148,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         blocks: &mut [Block],
     ) -> Option<()> {
         self.kernel.stiffness(u, predicted, pattern, blocks)?;
-        if let Some(springs) = &self.foundation {
-            springs.add_stiffness(1.0, pattern, blocks);
-        }
+        self.surfaces.add_stiffness(&self.elements.nodes, u, pattern, blocks);
         if let Some(slide) = &self.slide {
             let forces = self.forces_at(&slide.sliding.around, u)?;
             pattern.constrain(&slide.planes(u, &forces)?, blocks);
@@ -177,7 +167,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 self.add_stress(e as usize, q, &stress, &mut forces);
             }
         }
-        self.springs(u, &mut forces);
+        self.surfaces.evaluate(&self.elements.nodes, u, &mut forces);
         Some(forces)
     }
 
@@ -217,9 +207,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 place.add(&block(&own[a][b]), blocks);
             }
         }
-        if let Some(springs) = &self.foundation {
-            springs.add_stiffness(1.0, pattern, blocks);
-        }
+        self.surfaces.add_stiffness(&self.elements.nodes, u, pattern, blocks);
         if let Some(slide) = &self.slide {
             let mut planes = slide.planes(u, &vec![Vector::zeros(); u.len()])?;
             planes.iter_mut().for_each(|plane| plane.stiffness = Matrix::zeros());
@@ -229,7 +217,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     }
 
     /// Change of the internal nodal forces (mN) when the displacement changes by `v` (mm) at nodes
-    /// of `elements` alone: ∫ dP grad N_a, and what the springs, linear in u, give for `v`.
+    /// of `elements` alone: ∫ dP grad N_a, and what the boundary gives for `v`.
     ///
     /// `None` when one of these elements is turned inside out.
     pub(crate) fn slope(
@@ -251,7 +239,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 self.add_stress(e, q, &stress, &mut forces);
             }
         }
-        self.springs(v, &mut forces);
+        self.surfaces.add_slope(&self.elements.nodes, u, v, &mut forces);
         Some(forces)
     }
 

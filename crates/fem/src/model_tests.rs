@@ -1,15 +1,19 @@
 use super::*;
 use crate::element::element_nodes;
+use crate::foundation::Foundation;
 use crate::inverse::Inverse;
 use crate::newton::{Limits, Newton, norm};
+use crate::params::{Membrane, SlidingArea};
 use crate::pattern::Storage;
+use crate::skin::Skin;
+use crate::sliding_wall::SlidingWall;
 use crate::tangent::Tangent;
-use crate::test_mesh::{block, tagged};
+use crate::test_mesh::{bent, block, tagged};
 use nalgebra::Rotation3;
 use std::sync::Arc;
-use supine_mesh::{BoundaryTag, Edges};
+use supine_mesh::{BoundaryTag, Edges, TetMesh};
 use supine_record::Law;
-use supine_space::Progress;
+use supine_space::{Point, Progress};
 
 /// What is tried: a law, and whether there are fibres.
 type Solid = (Law, bool);
@@ -58,6 +62,7 @@ struct Body<const N: usize, const Q: usize> {
 /// A shaken block; with `springs` on its whole surface but the wall.
 fn body<const N: usize, const Q: usize>(springs: bool, solid: Solid) -> Body<N, Q> {
     let mesh = block([4, 3, 3], 5.0, 0.15);
+    let mesh = if springs { bent(&mesh, 0.01) } else { mesh };
     let edges = Edges::new(&mesh);
     let mut positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
     let middle = |[a, b]: &[u32; 2]| (positions[*a as usize] + positions[*b as usize]) / 2.0;
@@ -79,15 +84,40 @@ fn body<const N: usize, const Q: usize>(springs: bool, solid: Solid) -> Body<N, 
     let elements = Elements::new(&positions, element_nodes(&mesh, &edges)).unwrap();
     let stiffer = |t: usize| Material::of_law(solid.0, 0.21 * (1.0 + 0.1 * (t % 7) as f64), 1.89);
     let materials: Vec<Material> = (0..mesh.tets().len()).map(stiffer).collect();
-    let foundation = springs.then(|| {
-        let cut = tagged(&mesh, |c| {
-            let wall = c.iter().all(|p| p.z == 0.0);
-            if wall { BoundaryTag::ChestWall } else { BoundaryTag::Cut }
-        });
-        Foundation::new(&cut, &materials, Some(0.05))
-    });
+    let surfaces = springs.then(|| surfaces(&mesh, &elements.nodes, &positions, &materials));
     let fibres = solid.1.then(|| fibres(&noise(materials.len())).unit());
-    Body { positions, model: Model::new(elements, materials, fibres).on(foundation), outer }
+    Body {
+        positions,
+        model: Model::new(elements, materials, fibres).bounded(surfaces.unwrap_or_default()),
+        outer,
+    }
+}
+
+/// Springs, a bent wall on which all slides, and skin.
+fn surfaces<const N: usize>(
+    mesh: &TetMesh,
+    nodes: &[[u32; N]],
+    positions: &[Vector],
+    materials: &[Material],
+) -> Surfaces<N> {
+    let cut = tagged(mesh, |c| match c.iter().all(|p| p.z < 3.0) {
+        true => BoundaryTag::ChestWall,
+        false if c.iter().all(|p| p.x > 12.0) => BoundaryTag::Cut,
+        false => BoundaryTag::Skin,
+    });
+    let area = SlidingArea {
+        centre: Some(Point::new(8.0, 8.0, 0.0)),
+        radius_mm: 30.0,
+        rim_mm: 25.0,
+        stiffness_kpa_mm: 0.03,
+    };
+    let membrane = Membrane { thickness_mm: 1.5, young_kpa: 20.0, stretch: 1.05 };
+    let free = vec![false; positions.len()];
+    Surfaces {
+        cut: Some(Arc::new(Foundation::new(&cut, materials, Some(0.05)))),
+        wall: Some(SlidingWall::new(&cut, nodes, positions, &free, &area)),
+        skin: Some(Skin::new(&cut, nodes, positions, &membrane).borne(nodes, positions.len())),
+    }
 }
 
 /// Largest component of a vector of unknowns.
@@ -197,7 +227,7 @@ fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool, solid
         fibres: fibres.as_ref(),
         loaded: &model.elements,
         materials: &model.materials,
-        foundation: model.foundation.as_deref(),
+        surfaces: &model.surfaces,
         force,
         positions: &positions,
         weight: 1.0,

@@ -92,11 +92,6 @@ fn dot(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
 
-/// u + t d.
-fn moved(u: &[Vector], t: f64, d: &[Vector]) -> Vec<Vector> {
-    u.iter().zip(d).map(|(u, d)| u + d * t).collect()
-}
-
 /// A state on the way: its displacement, energy and residual.
 struct State<const Q: usize> {
     u: Vec<Vector>,
@@ -413,7 +408,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         let rounding = ENERGY_ROUNDING * (state.potential.abs() + state.work.abs());
         let mut t = 1.0;
         for _ in 0..SHORTENINGS {
-            let Some(next) = self.state_at(moved(&state.u, t, &direction.step), load) else {
+            let Some(next) = self.state_at(self.moved(&state.u, t, &direction.step), load) else {
                 t *= 0.5;
                 continue;
             };
@@ -431,6 +426,13 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
             t = best.clamp(0.1 * t, 0.5 * t);
         }
         None
+    }
+
+    /// u + t d, brought back to the wall where it slides on that.
+    fn moved(&self, u: &[Vector], t: f64, d: &[Vector]) -> Vec<Vector> {
+        let mut moved = u.iter().zip(d).map(|(u, d)| u + d * t).collect::<Vec<Vector>>();
+        self.model.surfaces.follow_wall(u, &mut moved);
+        moved
     }
 
     /// The state at `u`, nodes that slide brought back to their surface; `None` when that fails or
@@ -452,7 +454,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ) -> State<Q> {
         for doubling in 1..=DOUBLINGS {
             let t = 2f64.powi(doubling);
-            match self.state_at(moved(&state.u, t, &direction.step), load) {
+            match self.state_at(self.moved(&state.u, t, &direction.step), load) {
                 Some(farther) if farther.potential < next.potential => next = farther,
                 _ => break,
             }

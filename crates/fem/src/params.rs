@@ -3,7 +3,7 @@
 use crate::Error;
 use supine_mesh::Order;
 use supine_record::{Cut, Law, RestState, Solve};
-use supine_space::{GRAVITY_M_S2, Vector, Warning};
+use supine_space::{GRAVITY_M_S2, Point, Vector, Warning};
 
 /// The soft tissue: homogeneous, isotropic, compressible.
 ///
@@ -26,6 +26,9 @@ pub struct Tissue {
     pub fibres: f64,
     /// k of the fibres, how fast they stiffen.
     pub fibre_stiffening: f64,
+    /// Which way the fibres run in the CT, LPS, of any length; `None`: from the chest wall to the
+    /// skin.
+    pub fibre_direction: Option<[f64; 3]>,
 }
 
 impl Default for Tissue {
@@ -38,6 +41,7 @@ impl Default for Tissue {
             stiffening: 0.0,
             fibres: 0.0,
             fibre_stiffening: 1.0,
+            fibre_direction: None,
         }
     }
 }
@@ -66,7 +70,10 @@ impl Tissue {
         in_range("stiffening", b, ok, "0.001 to 20")?;
         let (f, k) = (self.fibres, self.fibre_stiffening);
         in_range("fibres over Young's modulus", f, (0.0..=1000.0).contains(&f), "0 to 1000")?;
-        in_range("stiffening of fibres", k, (0.001..=100.0).contains(&k), "0.001 to 100")
+        in_range("stiffening of fibres", k, (0.001..=100.0).contains(&k), "0.001 to 100")?;
+        let length = self.fibre_direction.map_or(1.0, |along| Vector::from(along).norm());
+        let ok = length > 0.0 && length.is_finite();
+        in_range("length of the direction of fibres", length, ok, "above 0")
     }
 
     /// Weight ρ g per volume, kPa/mm.
@@ -100,6 +107,79 @@ impl Load {
     }
 }
 
+/// A part of the chest wall on which the tissue slides: that nearer to `centre` than `radius_mm`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlidingArea {
+    /// Its middle, LPS, mm; `None`: the point of the wall that is nearest to the point of the skin
+    /// that is farthest from the wall, below the middle of the breast.
+    pub centre: Option<Point>,
+    /// mm.
+    pub radius_mm: f64,
+    /// Width of the rim over which the tissue is held more and more, mm.
+    pub rim_mm: f64,
+    /// Shear traction per displacement within the rim, kPa/mm; 0: without friction. A layer of
+    /// shear modulus G and thickness h has G/h.
+    pub stiffness_kpa_mm: f64,
+}
+
+impl SlidingArea {
+    /// Whether a face with these corners slides.
+    pub(crate) fn slides(&self, corners: [Point; 3]) -> bool {
+        let near = |corner: &Point| self.distance(corner).is_some_and(|way| way < self.radius_mm);
+        corners.iter().all(near)
+    }
+
+    /// How far a place lies from its middle, mm, if that is known.
+    pub(crate) fn distance(&self, place: &Point) -> Option<f64> {
+        self.centre.map(|centre| (place - centre).norm())
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let Self { centre, radius_mm: radius, rim_mm: rim, stiffness_kpa_mm: k } = *self;
+        let far = centre.map_or(0.0, |centre| centre.coords.amax());
+        in_range("middle of the sliding wall (mm)", far, far < 1e6, "within 1000000")?;
+        in_range(
+            "radius of the sliding wall (mm)",
+            radius,
+            (1.0..=1e4).contains(&radius),
+            "1 to 10000",
+        )?;
+        let ok = rim > 0.0 && rim <= radius;
+        in_range("rim of the sliding wall (mm)", rim, ok, "above 0, at most the radius")?;
+        in_range(
+            "shear stiffness of the sliding wall (kPa/mm)",
+            k,
+            (0.0..=1e6).contains(&k),
+            "0 to 1000000",
+        )
+    }
+}
+
+/// Skin as an incompressible membrane on the tissue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Membrane {
+    /// mm.
+    pub thickness_mm: f64,
+    /// Young's modulus at small strain, kPa.
+    pub young_kpa: f64,
+    /// How far it is stretched in its plane where the tissue is free of stress; 1: not at all.
+    pub stretch: f64,
+}
+
+impl Membrane {
+    fn check(&self) -> Result<(), Error> {
+        let Self { thickness_mm: h, young_kpa: e, stretch } = *self;
+        in_range("thickness of the skin (mm)", h, (0.01..=10.0).contains(&h), "0.01 to 10")?;
+        in_range(
+            "Young's modulus of the skin (kPa)",
+            e,
+            (0.001..=1e6).contains(&e),
+            "0.001 to 1000000",
+        )?;
+        in_range("stretch of the skin", stretch, (1.0..=2.0).contains(&stretch), "1 to 2")
+    }
+}
+
 /// How to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
@@ -113,6 +193,10 @@ pub struct Params {
     /// of a layer as thick as the cut, π μ / 2h with h the way from chest wall to skin at each
     /// face.
     pub spring_kpa_mm: Option<f64>,
+    /// Where the tissue slides on the chest wall; `None`: it is held everywhere.
+    pub sliding: Option<SlidingArea>,
+    /// The skin, where it counts as more than tissue.
+    pub skin: Option<Membrane>,
     /// Norm of the out-of-balance forces over that of load or reactions at which a solution counts.
     pub tolerance: f64,
     /// Newton iterations before a load (or load step) is given up.
@@ -126,6 +210,8 @@ impl Default for Params {
             rest: RestState::Net,
             cut: Cut::default(),
             spring_kpa_mm: None,
+            sliding: None,
+            skin: None,
             tolerance: 1e-10,
             max_iterations: 60,
         }
@@ -142,6 +228,12 @@ impl Params {
         in_range("solver tolerance", t, (1e-12..=1e-4).contains(&t), "1e-12 to 1e-4")?;
         if let Some(k) = self.spring_kpa_mm {
             in_range("springs at the cut (kPa/mm)", k, (0.0..=1e6).contains(&k), "0 to 1000000")?;
+        }
+        if let Some(sliding) = &self.sliding {
+            sliding.check()?;
+        }
+        if let Some(skin) = &self.skin {
+            skin.check()?;
         }
         let n = self.max_iterations;
         in_range("Newton iterations", n as f64, n > 0, "at least 1")

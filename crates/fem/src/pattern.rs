@@ -281,6 +281,14 @@ impl Pattern {
         }
     }
 
+    /// Adds a block to that of a node with itself, if it is free.
+    pub(crate) fn add_at(&self, node: u32, block: &Block, blocks: &mut [Block]) {
+        let Ok(free) = self.free.binary_search(&node) else { return };
+        if let Some((place, _)) = self.column(free).find(|(_, row)| *row == free) {
+            blocks[place].iter_mut().zip(block).for_each(|(own, b)| *own += b);
+        }
+    }
+
     /// Where the three unknowns of a node begin; `None` where it is held.
     pub(crate) fn row(&self, node: u32) -> Option<usize> {
         self.free.binary_search(&node).ok().map(|free| 3 * free)

@@ -8,9 +8,13 @@ use crate::model::Model;
 use crate::newton::{Effort, KnownEquilibrium, Newton, norm};
 use crate::outcome::{Equilibrium, SolveError};
 use crate::pattern::Pattern;
+use crate::skin::Skin;
+use crate::sliding_wall::SlidingWall;
+use crate::surfaces::Surfaces;
 use crate::tangent::Tangent;
 use crate::warm_start::{Rest, SolutionHistory, State, WarmStart};
 use crate::{Cut, Error, Info, Job, RestState, Tissue, Unloading, from_ct, sensitivity};
+use std::sync::Arc;
 use supine_mesh::BoundaryTag;
 use supine_record::Solve;
 use supine_space::{Point, Progress, Vector, Warning};
@@ -117,17 +121,17 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     Ok(LoadedBody { model, load, to_ct, u: found.u, slope, info })
 }
 
-/// What resists deformation: the material of each element, and springs.
+/// What resists deformation: the material of each element, and the boundary.
 #[derive(Clone, Copy)]
 struct Elastic<'a, const N: usize> {
     materials: &'a [Material],
-    foundation: Option<&'a Foundation<N>>,
+    surfaces: &'a Surfaces<N>,
 }
 
 impl<const N: usize, const Q: usize> Rest<N, Q> {
     fn tissue(&self) -> Elastic<'_, N> {
-        let Model { materials, foundation, .. } = &self.model;
-        Elastic { materials, foundation: foundation.as_deref() }
+        let Model { materials, surfaces, .. } = &self.model;
+        Elastic { materials, surfaces }
     }
 
     /// −E times its derivative by the mean modulus E, mm.
@@ -191,8 +195,8 @@ fn unload<const N: usize, const Q: usize>(
 ) -> Result<Result<Rest<N, Q>, String>, Error> {
     let memory = |_| discretisation.memory();
     let materials = job.body.materials(job.stiffer);
-    let foundation = job.foundation(&materials);
-    let tissue = Elastic { materials: &materials, foundation: foundation.as_ref() };
+    let surfaces = job.surfaces(discretisation, &materials);
+    let tissue = Elastic { materials: &materials, surfaces: &surfaces };
     let fibres = job.fibres(discretisation);
     let inverse = job.inverse(discretisation, tissue, fibres.as_ref());
     let mut solver = before.solver(&discretisation.lower).map_err(memory)?;
@@ -338,12 +342,12 @@ impl Job<'_> {
         tissue: Elastic<'m, N>,
         fibres: Option<&'m Fibres<Q>>,
     ) -> Inverse<'m, N, Q> {
-        let Elastic { materials, foundation } = tissue;
+        let Elastic { materials, surfaces } = tissue;
         let (loaded, positions) = (&*discretisation.elements, discretisation.positions.as_slice());
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
         let full = discretisation.full();
-        Inverse { loaded, materials, fibres, foundation, force, positions, weight, full }
+        Inverse { loaded, materials, fibres, surfaces, force, positions, weight, full }
     }
 
     /// The body whose CT shape is free of stress.
@@ -352,9 +356,11 @@ impl Job<'_> {
         discretisation: &Discretisation<N, Q>,
     ) -> Model<N, Q> {
         let materials = self.body.materials(self.stiffer);
-        let foundation = self.foundation(&materials);
+        let mut surfaces = self.surfaces(discretisation, &materials);
+        let (nodes, count) = (&discretisation.elements.nodes, discretisation.held.len());
+        surfaces.skin = surfaces.skin.map(|skin| skin.borne(nodes, count));
         Model::new(discretisation.elements.clone(), materials, self.fibres(discretisation))
-            .on(foundation)
+            .bounded(surfaces)
     }
 
     /// The fibres on the CT shape, if there are any.
@@ -395,13 +401,22 @@ impl Job<'_> {
         })
     }
 
-    /// The springs on the cut of a body of these materials, if there are any.
-    pub(crate) fn foundation<const N: usize>(
+    /// What acts on the boundary of a body of these materials, on its CT shape.
+    fn surfaces<const N: usize, const Q: usize>(
         &self,
+        discretisation: &Discretisation<N, Q>,
         materials: &[Material],
-    ) -> Option<Foundation<N>> {
+    ) -> Surfaces<N> {
+        let (mesh, nodes) = (&self.body.mesh, &discretisation.elements.nodes);
+        let Discretisation { positions, held, .. } = discretisation;
         let springs = self.params.cut == Cut::Spring;
-        springs.then(|| Foundation::new(&self.body.mesh, materials, self.params.spring_kpa_mm))
+        let cut = || Foundation::new(mesh, materials, self.params.spring_kpa_mm);
+        let slides = |sliding| SlidingWall::new(mesh, nodes, positions, held, sliding);
+        Surfaces {
+            cut: springs.then(cut).map(Arc::new),
+            wall: discretisation.sliding.as_ref().map(slides),
+            skin: self.params.skin.as_ref().map(|skin| Skin::new(mesh, nodes, positions, skin)),
+        }
     }
 
     /// Newton's method on a body with room for a factor, or with one of a similar stiffness.
@@ -440,7 +455,8 @@ impl Job<'_> {
             min_det_f: ratio.min,
             min_det_f_mm: self.middle(&model.elements.nodes[ratio.worst]).into(),
             max_det_f: ratio.max,
-            spring_kpa_mm: model.foundation.as_ref().map(|f| f.mean_kpa_mm),
+            sliding: model.surfaces.wall.as_ref().map(|wall| wall.told(&found.u)),
+            spring_kpa_mm: model.surfaces.cut.as_ref().map(|cut| cut.mean_kpa_mm),
             ..Solve::default()
         };
         Ok(Info {

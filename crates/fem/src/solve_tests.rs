@@ -21,6 +21,34 @@ fn params(order: Order, rest: RestState) -> Params {
 /// distance z from the held end carries the weight beyond, μ (s − 1/s) = ρ g (h − z): the
 /// neo-Hookean solid in uniaxial strain (stress of Bonet and Wood 2008, section 6.4.3). The
 /// displacement is its integral.
+/// Fibres across the pull bear it not, fibres along it do.
+#[test]
+fn fibres_bear_where_they_run() {
+    let body = |fibre_direction, fibres| {
+        let tissue = Tissue { young_kpa: 1.5, fibres, fibre_direction, ..Tissue::default() };
+        Body::new(block([2, 2, 3], 10.0, 0.1), tissue)
+    };
+    // Away from the wall, which lies at z = 0.
+    let load = Load { ct: -Vector::z(), target: Vector::z() };
+    let moved = |body: &Body| {
+        solve(body, &load, &Params::default(), Progress::none())
+            .unwrap()
+            .0
+            .displacement()
+            .max_norm()
+    };
+    let none = moved(&body(None, 0.0));
+    let [along, across, laplace] = [Some([0.0, 0.0, -3.0]), Some([1.0, 0.0, 0.0]), None]
+        .map(|direction| moved(&body(direction, 4.0)));
+    assert!(along < 0.5 * none && across > 0.9 * none, "{along} {across} {none}");
+    assert!(along < laplace && laplace < 0.8 * none, "{laplace} {none}");
+    let none = body(Some([0.0; 3]), 1.0);
+    assert!(matches!(
+        solve(&none, &load, &Params::default(), Progress::none()),
+        Err(Error::OutOfRange { .. })
+    ));
+}
+
 #[test]
 fn a_column_stretches_as_the_closed_solution_says() {
     let (height, cells) = (40.0, 8);

@@ -1,18 +1,26 @@
 //! What is held.
 
-use crate::{Cut, Error};
+use crate::{Cut, Error, SlidingArea};
 use supine_mesh::{BoundaryTag, Edges, TetMesh};
 
-/// Whether each node is held: chest wall, and the cut when it is fixed.
+/// Whether each node is held: chest wall, but for where it slides, and the cut when it is fixed.
 ///
 /// A mid-side is held when its edge belongs to a held face; an edge that only joins two held points
 /// stays free.
-pub(crate) fn held_nodes(mesh: &TetMesh, edges: &Edges, nodes: usize, cut: Cut) -> Vec<bool> {
+pub(crate) fn held_nodes(
+    mesh: &TetMesh,
+    edges: &Edges,
+    nodes: usize,
+    (cut, sliding): (Cut, Option<&SlidingArea>),
+) -> Vec<bool> {
     let points = mesh.points().len();
     let mut held = vec![false; nodes];
     for face in mesh.boundary() {
         let holds = match face.tag {
-            BoundaryTag::ChestWall => true,
+            BoundaryTag::ChestWall => {
+                let corners = face.points.map(|p| mesh.points()[p as usize]);
+                !sliding.is_some_and(|sliding| sliding.slides(corners))
+            }
             BoundaryTag::Cut => cut == Cut::Fixed,
             BoundaryTag::Skin => false,
         };

@@ -79,6 +79,14 @@ pub(crate) fn tagged(mesh: &TetMesh, tag: impl Fn(&[Point; 3]) -> BoundaryTag) -
         .into()
 }
 
+/// The mesh with its points raised along z by ½ `curvature` (1/mm) times the square of their
+/// distance from the axis.
+pub(crate) fn bent(mesh: &TetMesh, curvature: f64) -> Arc<TetMesh> {
+    let raised = |p: &Point| Point::new(p.x, p.y, p.z + 0.5 * curvature * (p.x * p.x + p.y * p.y));
+    let points = mesh.points().iter().map(raised).collect();
+    TetMesh::new(points, mesh.tets().to_vec(), mesh.boundary().to_vec()).expect("a block").into()
+}
+
 /// Points on the unit sphere and triangles between them, outward: an icosahedron whose triangles
 /// are cut into four `rounds` times.
 pub(crate) fn icosphere(rounds: usize) -> (Vec<Vector>, Vec<[u32; 3]>) {

@@ -10,8 +10,8 @@ use ndarray_npy::NpzReader;
 use std::fs::File;
 use std::sync::Arc;
 use supine_fem::{
-    Applicator, Body, Contact, Cut, Error, Info, Insertion, Law, Load, Params, RestState,
-    SphereOnShaft, Tissue, sensitivity, solve, unload,
+    Applicator, Body, Contact, Cut, Error, Info, Insertion, Law, Load, Membrane, Params, RestState,
+    SlidingArea, SphereOnShaft, Tissue, sensitivity, solve, unload,
 };
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{Point, Pose, Progress, TablePose, Vector, sitting, supine};
@@ -96,6 +96,8 @@ const FREE: Params = Params {
     rest: RestState::Net,
     cut: Cut::Free,
     spring_kpa_mm: None,
+    sliding: None,
+    skin: None,
     tolerance: 1e-10,
     max_iterations: 60,
 };
@@ -150,6 +152,51 @@ fn fibres_agree() {
         let field = case.stored(&format!("net_{pose}"));
         assert!(largest_difference(&field, &theirs) > 0.1 && plain < CLOSE_MM);
     }
+}
+
+/// A sliding wall and a skin, whose energies alone jax was given: fixtures/fem/make_surfaces.py.
+#[test]
+fn a_sliding_wall_and_a_skin_agree() {
+    let field = |name: &str| -> Vec<Vector> {
+        let field: Array2<f64> = open("surfaces_1.6k_P2").by_name(name).unwrap();
+        field.rows().into_iter().map(|r| Vector::new(r[0], r[1], r[2])).collect()
+    };
+    let centre: Array1<f64> = open("surfaces_1.6k_P2").by_name("wall_centre").unwrap();
+    let area = SlidingArea {
+        centre: Some(Point::new(centre[0], centre[1], centre[2])),
+        radius_mm: 60.0,
+        rim_mm: 20.0,
+        stiffness_kpa_mm: 0.02,
+    };
+    let skin = |young_kpa, stretch| Membrane { thickness_mm: 1.8, young_kpa, stretch };
+    let (stiff, soft) = (skin(40.0, 1.02), skin(5.0, 1.1));
+    let stored = open("surfaces_1.6k_P2").names().unwrap();
+    let mut compared = 0;
+    for (name, sliding, skin) in [
+        ("wall", Some(area), None),
+        ("skin", None, Some(stiff)),
+        ("both", Some(area), Some(stiff)),
+        ("soft", None, Some(soft)),
+        ("both_soft", Some(area), Some(soft)),
+    ] {
+        let body = Body::new(mesh("1.6k"), Tissue::default());
+        for (rest, short) in [(RestState::Net, "net"), (RestState::Unloaded, "unl")] {
+            for (target, pose) in [(tilt(), "tilt"), (sitting(), "sit")] {
+                let name = format!("{name}_{short}_{pose}");
+                if !stored.iter().any(|key| key.trim_end_matches(".npy") == name) {
+                    continue;
+                }
+                let load = Load { ct: supine(), target };
+                let params = Params { rest, sliding, skin, ..FREE };
+                let (u, info) = solve(&body, &load, &params, Progress::none()).unwrap();
+                let off = largest_difference(u.displacement().values(), &field(&name));
+                println!("{name}: {off:e} mm, {:?}", info.solve);
+                assert!(off < CLOSE_MM, "{name}: {off:e} mm");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared >= 12, "{compared}");
 }
 
 #[test]

@@ -38,9 +38,9 @@ pub enum Error {
         /// The path.
         path: PathBuf,
     },
-    /// A CT of a patient who did not lie on her back.
+    /// A CT of a patient who lay otherwise than the case says.
     #[error("`ct` {path} cannot be used: {why}")]
-    NotSupine {
+    LayOtherwise {
         /// The path.
         path: PathBuf,
         /// How she lay, and what to do.
@@ -398,7 +398,7 @@ impl Error {
             | Self::Missing { .. }
             | Self::Unread { .. }
             | Self::Deformed { .. }
-            | Self::NotSupine { .. }
+            | Self::LayOtherwise { .. }
             | Self::CaseChanged { .. }
             | Self::CaseThere { .. }
             | Self::Overlap { .. }

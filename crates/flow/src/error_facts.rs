@@ -27,7 +27,7 @@ impl Error {
             Self::Case(error) => error.code(),
             Self::Ct(_) => "ct-unusable",
             Self::Deformed { .. } => "ct-already-deformed",
-            Self::NotSupine { .. } => "ct-not-supine",
+            Self::LayOtherwise { .. } => "ct-position",
             Self::CaseChanged { .. } => "case-changed",
             Self::CaseThere { .. } => "case-there-already",
             Self::File { source, .. } | Self::Product(source) => of_exchange(source),
@@ -86,7 +86,9 @@ impl Error {
         match self {
             Self::Case(error) => error.place(),
             Self::Ct(_) => of_key("ct", in_stage("import")),
-            Self::Deformed { path } | Self::NotSupine { path, .. } => of_key("ct", in_file(path)),
+            Self::Deformed { path } | Self::LayOtherwise { path, .. } => {
+                of_key("ct", in_file(path))
+            }
             Self::CaseChanged { path } | Self::CaseThere { path } => in_file(path),
             Self::File { key, source } => of_key(key, place_of_exchange(source)),
             Self::Product(source) => place_of_exchange(source),

@@ -12,7 +12,7 @@ use supine_fem::{
     Tilt,
 };
 use supine_mesh::{Deformation, Displacement, Edges, Located, Locator, Order, Split};
-use supine_space::{Point, Pose, Progress, TablePose, Vector, supine};
+use supine_space::{Point, Pose, Progress, TablePose, Vector};
 use supine_tetrahedralise::Refinement;
 use supine_volume::Ct;
 use supine_warp::{Fading, Frames, Interpolation};
@@ -76,6 +76,8 @@ pub struct LiveTilt {
     body: Body,
     params: Params,
     tilt: Tilt,
+    /// Gravity in the CT.
+    ct: Vector,
     /// An applicator, how it was put in, and on which table.
     applicator: Option<(Applicator, Applied, TablePose)>,
     carrier: Carrier,
@@ -131,10 +133,11 @@ impl LiveTilt {
             let mesh = LiveMesh { tetrahedra: TETRAHEDRA, order: Order::Quadratic };
             let LiveTissue { ct, body, params } =
                 found.on(mesh, &Refinement::None, progress.part(0.0, 0.3))?;
-            let (tilt, _) =
-                Tilt::new(&body, &found.law().load(), &params, progress.part(0.3, 0.9))?;
+            let load = found.law().load();
+            let (tilt, _) = Tilt::new(&body, &load, &params, progress.part(0.3, 0.9))?;
             let carrier = Carrier::new(ct, tilt.deformation()?)?;
-            Ok(Self { made_of, spec, body, params, tilt, applicator: None, carrier })
+            let (ct, applicator) = (load.ct, None);
+            Ok(Self { made_of, spec, body, params, tilt, ct, applicator, carrier })
         })
     }
 
@@ -187,7 +190,7 @@ impl LiveTilt {
         let mut held = if let Some(there) = there {
             there
         } else {
-            let load = Load { ct: supine(), target: table.gravity() };
+            let load = Load { ct: self.ct, target: table.gravity() };
             let rigid = applied.body();
             let insertion = Insertion::new(&rigid, applied.contact());
             let none = Progress::none();

@@ -85,7 +85,7 @@ pub(crate) fn fits(session: &Session) -> bool {
 
 /// The tissue of a case on a level table.
 pub(crate) fn law(case: &Case) -> Law {
-    Law::under(case, Load { ct: supine(), target: supine() })
+    Law::under(case, case.load_to(supine()))
 }
 
 /// What live tissue is made of.

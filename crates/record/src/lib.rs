@@ -18,7 +18,7 @@ pub use fit::{DeviationParts, FitStep, FittedTissues, StateFit, interval_95};
 pub use levels::TissueLevels;
 pub use patient::PatientIdentity;
 pub use quality_check::QualityCheck;
-pub use solve::Solve;
+pub use solve::{Slid, Solve};
 pub use sphere::SphereRecord;
 pub use tissue::{Cut, Law, RestState};
 pub use uncertainty::{ModulusOrigin, UncertaintyShare, UncertaintySource};

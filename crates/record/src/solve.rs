@@ -25,8 +25,20 @@ pub struct Solve {
     /// Mean stiffness of the springs on the cut, kPa/mm; absent without springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spring_kpa_mm: Option<f64>,
+    /// Where the tissue slides on the chest wall; absent where it is held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sliding: Option<Slid>,
     /// Of a stress-free shape that was searched: how far the CT shape is missed when gravity acts
     /// on it again, largest distance of a node, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reload_error_mm: Option<f64>,
+}
+
+/// A chest wall on which the tissue slid.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
+pub struct Slid {
+    /// Middle of the area in the CT, LPS, mm.
+    pub centre_mm: [f64; 3],
+    /// The longest way of a node of it, mm.
+    pub most_mm: f64,
 }

@@ -3,6 +3,7 @@
 use crate::words::{capital, count, directions, fixed, triple};
 use crate::{Mesh, Movement, QualityCheck, Summary, Tissues, VolumeChange, WallUncertainty};
 use supine_record::{DenseFate, RestState};
+use supine_space::Posture;
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -217,18 +218,52 @@ fn tissue(s: &Summary) -> Table {
     t.row("Rest state", p.tissue.rest.to_string());
     t.row("Poisson's ratio", p.tissue.poisson.to_string());
     t.row("Density", format!("{} kg/m³", p.tissue.density_kg_m3));
-    if let Some(stiffening) = p.tissue.stiffening {
-        t.row("Law", format!("{}, stiffening {stiffening}", p.tissue.law));
-    }
-    if let Some(fibres) = p.tissue.fibres {
-        t.row("Fibres from wall to skin", format!("{fibres} times the modulus, in tension"));
-    }
+    law(s, &mut t);
     t.row("Elements", order(p.tissue.order).into());
     t.row("At the cut", p.tissue.cut.to_string());
     t.row("Region centre", place(p.region.centre_mm));
     let source = if p.region.proposed { "proposed by the tool" } else { "given" };
     t.row("Region radius", format!("{} mm, {source}", fixed(p.region.radius_mm, 1)));
     t
+}
+
+/// Rows on how the tissue resists beyond small strain, and on what acts on its boundary.
+fn law(s: &Summary, t: &mut Table) {
+    let p = &s.parameters;
+    if let Some(stiffening) = p.tissue.stiffening {
+        t.row("Law", format!("{}, stiffening {stiffening}", p.tissue.law));
+    }
+    if let Some(fibres) = p.tissue.fibres {
+        let k = p.tissue.fibre_stiffening.map(|k| format!(", stiffening {k}"));
+        let text = format!("{fibres} times the modulus, in tension{}", k.unwrap_or_default());
+        match p.tissue.fibre_direction {
+            Some(along) => t.row("Fibres", format!("{text}, along {}", place(along))),
+            None => t.row("Fibres from wall to skin", text),
+        }
+    }
+    if let Some(wall) = &p.tissue.sliding {
+        let slid = s.solve.sliding.map(|slid| {
+            format!(
+                " around {}; the tissue slid by up to {} mm",
+                place(slid.centre_mm),
+                fixed(slid.most_mm, 1)
+            )
+        });
+        let text = format!(
+            "slides at {} kPa/mm within {} mm{}",
+            wall.stiffness_kpa_mm,
+            wall.radius_mm,
+            slid.unwrap_or_default()
+        );
+        t.row("On the chest wall", text);
+    }
+    if let Some(skin) = &p.tissue.skin {
+        let text = format!(
+            "{} mm of {} kPa, stretched to {}",
+            skin.thickness_mm, skin.young_kpa, skin.stretch
+        );
+        t.row("Skin as a membrane", text);
+    }
 }
 
 fn ct(s: &Summary) -> Table {
@@ -240,6 +275,10 @@ fn ct(s: &Summary) -> Table {
     let position =
         if s.ct.patient_position.is_empty() { "not said" } else { &s.ct.patient_position };
     t.row("Patient position", position.into());
+    let taken = s.case.get("position").and_then(|word| Posture::named(word.as_str()?));
+    if let Some(taken) = taken.filter(|taken| *taken != Posture::Supine) {
+        t.row("Gravity", format!("as of a patient who {}", taken.told()));
+    }
     t.row("Files left out", count(s.ct.left_out.len()));
     t
 }

@@ -52,15 +52,17 @@ pub enum Error {
         /// The last of them.
         last: usize,
     },
-    /// The patient does not lie on her back.
+    /// The patient does not lie as is taken.
     #[error(
         "the patient seems to lie on her {on}: the table is there and her lungs are not denser \
-         towards the back; a CT of the patient on her back is needed, and one whose directions are \
-         right"
+         towards her {taken}, on which `position` has her lie; say how she lay, or export the CT \
+         again if its directions are wrong"
     )]
-    NotSupine {
-        /// `front`, `left side` or `right side`.
+    LiesOtherwise {
+        /// `front`, `back`, `left side` or `right side`.
         on: &'static str,
+        /// The side that is taken.
+        taken: &'static str,
     },
     /// Head and feet are exchanged.
     #[error(

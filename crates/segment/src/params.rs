@@ -1,6 +1,7 @@
 //! What the user decides.
 
 use crate::{Error, Weights};
+use supine_space::Posture;
 use supine_volume::Seeds;
 
 /// How to segment.
@@ -12,6 +13,8 @@ pub struct Params {
     /// painted voxels keep their label to the voxel. 3 mm round an exclude point are taken off the
     /// patient, of painted maps the painted voxels alone, and what hung on her by them.
     pub seeds: Seeds,
+    /// How the patient lay: table and lungs are held against it.
+    pub posture: Posture,
     /// Level between air and skin, HU. Default -450: half-way is -490 on phantoms, readers draw the
     /// skin at about -400; the two lie 0.1 to 0.3 mm apart.
     pub skin_hu: f64,
@@ -27,6 +30,7 @@ impl Default for Params {
     fn default() -> Self {
         Self {
             seeds: Seeds::default(),
+            posture: Posture::Supine,
             skin_hu: -450.0,
             bone_hu: 130.0,
             reach_mm: 45.0,

@@ -11,7 +11,7 @@ use crate::body::{Body, flag};
 use crate::frame::Frame;
 use rayon::prelude::*;
 use supine_record::QualityCheck;
-use supine_space::Warning;
+use supine_space::{Posture, Warning};
 use supine_volume::{Ct, Parts};
 
 // The limits lie between the figures measured above; where none is named they were chosen, not
@@ -39,71 +39,189 @@ const CONTRARY: f64 = 10.0;
 
 /// What speaks for a posture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Posture {
+pub(crate) struct PostureSigns {
+    /// How she is taken to lie.
+    taken: Posture,
     /// Material beside the patient: in front, behind, at her left, at her right, cm³.
     table_cm3: [f64; 4],
     /// How much denser the lungs become towards the back and towards the left, HU per 100 mm.
     pub(crate) denser: [f64; 2],
 }
 
-impl Posture {
+impl PostureSigns {
     /// # Errors
-    /// [`Error::NotSupine`] when table and lungs say so.
-    pub(crate) fn check(ct: &Ct, frame: &Frame, body: &Body) -> Result<Self, Error> {
-        let found = Self { table_cm3: table(ct, frame, body), denser: denser(ct, frame, body) };
-        let [front, back, left, right] = found.table_cm3;
-        let [to_back, to_left] = found.denser;
-        let lies = |on: f64| on > TABLE_CM3 && on > TIMES * back;
-        let on = if lies(front) && to_back < CONTRARY {
-            "front"
-        } else if lies(left) && to_left > DENSER.max(to_back) {
-            "left side"
-        } else if lies(right) && -to_left > DENSER.max(to_back) {
-            "right side"
-        } else {
-            return Ok(found);
-        };
-        Err(Error::NotSupine { on })
+    /// [`Error::LiesOtherwise`] when table and lungs say that she lies on another side than is
+    /// taken.
+    pub(crate) fn check(
+        ct: &Ct,
+        frame: &Frame,
+        body: &Body,
+        taken: Posture,
+    ) -> Result<Self, Error> {
+        let (table_cm3, denser) = (table(ct, frame, body), denser(ct, frame, body));
+        let found = Self { taken, table_cm3, denser };
+        let Some(side) = Side::of(taken) else { return Ok(found) };
+        match Side::ALL.into_iter().find(|on| *on != side && found.lies_on(*on, side)) {
+            Some(on) => Err(Error::LiesOtherwise { on: on.name(), taken: side.name() }),
+            None => Ok(found),
+        }
     }
 
-    /// What was measured. Table and lungs refuse together only.
-    pub(crate) fn checks(&self) -> [QualityCheck; 4] {
-        let [front, back, left, right] = self.table_cm3;
+    /// Whether table and lungs say that she lies on a side and not on the one that is taken.
+    fn lies_on(&self, on: Side, taken: Side) -> bool {
+        let (table, denser) = (self.table(on), self.denser_towards(taken));
+        let below = table > TABLE_CM3 && table > TIMES * self.table(taken);
+        below
+            && if on == taken.opposite() {
+                denser < CONTRARY
+            } else {
+                self.denser_towards(on) > DENSER.max(denser)
+            }
+    }
+
+    /// cm³.
+    fn table(&self, side: Side) -> f64 {
+        self.table_cm3[side as usize]
+    }
+
+    /// HU per 100 mm.
+    fn denser_towards(&self, side: Side) -> f64 {
         let [to_back, to_left] = self.denser;
-        let limit = TABLE_CM3.max(TIMES * back);
-        [
-            QualityCheck::at_most("table or cloth in front of the patient", front, "cm³")
+        match side {
+            Side::Front => -to_back,
+            Side::Back => to_back,
+            Side::Left => to_left,
+            Side::Right => -to_left,
+        }
+    }
+
+    /// What was measured; nothing of a patient who is upright. Table and lungs refuse together
+    /// only.
+    pub(crate) fn checks(&self) -> Vec<QualityCheck> {
+        let Some(side) = Side::of(self.taken) else { return Vec::new() };
+        let [table_opposite, table_across, lungs, lungs_across] = side.checks();
+        let [one, other] = side.across();
+        let limit = TABLE_CM3.max(TIMES * self.table(side));
+        let (towards, across) = (self.denser_towards(side), self.denser_towards(one).abs());
+        vec![
+            QualityCheck::at_most(table_opposite, self.table(side.opposite()), "cm³")
                 .refuses_jointly(limit),
-            QualityCheck::at_most(
-                "table or cloth at one side of the patient",
-                left.max(right),
-                "cm³",
-            )
-            .refuses_jointly(limit),
-            QualityCheck::at_least("lungs denser towards the back", to_back, "HU per 100 mm")
+            QualityCheck::at_most(table_across, self.table(one).max(self.table(other)), "cm³")
+                .refuses_jointly(limit),
+            QualityCheck::at_least(lungs, towards, "HU per 100 mm")
                 .warns(-DENSER)
                 .refuses_jointly(CONTRARY),
-            QualityCheck::at_most("lungs denser towards one side", to_left.abs(), "HU per 100 mm")
-                .warns(2.0 * DENSER.max(to_back))
-                .refuses_jointly(DENSER.max(to_back)),
+            QualityCheck::at_most(lungs_across, across, "HU per 100 mm")
+                .warns(2.0 * DENSER.max(towards))
+                .refuses_jointly(DENSER.max(towards)),
         ]
     }
 
     /// The lungs alone do not refuse: disease makes them denser too.
     pub(crate) fn warning(&self) -> Option<Warning> {
-        let [to_back, to_left] = self.denser;
-        let (on, by) = if to_back < -DENSER && -to_back > to_left.abs() {
-            ("in front", -to_back)
-        } else if to_left.abs() > 2.0 * DENSER && to_left.abs() > 2.0 * to_back {
-            (if to_left > 0.0 { "at the left" } else { "at the right" }, to_left.abs())
+        let side = Side::of(self.taken)?;
+        let [one, other] = side.across();
+        let (towards, across) = (self.denser_towards(side), self.denser_towards(one));
+        let (on, by) = if towards < -DENSER && -towards > across.abs() {
+            (side.opposite(), -towards)
+        } else if across.abs() > 2.0 * DENSER && across.abs() > 2.0 * towards {
+            (if across > 0.0 { one } else { other }, across.abs())
         } else {
             return None;
         };
         let text = format!(
-            "the lungs are denser {on} ({by:.0} HU per 100 mm), as in a patient who lies on that \
-             side: check that she lay on her back and that the image is not flipped"
+            "the lungs are denser {} ({by:.0} HU per 100 mm), as in a patient who lies on that side: \
+             check that she {} and that the image is not flipped",
+            on.place(),
+            self.taken.told()
         );
         Some(Warning::new("lung-density", text))
+    }
+}
+
+/// A side of the patient, in the order of the volumes of [`PostureSigns`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Side {
+    Front,
+    Back,
+    Left,
+    Right,
+}
+
+impl Side {
+    const ALL: [Self; 4] = [Self::Front, Self::Back, Self::Left, Self::Right];
+
+    /// The side on which one lies; none of one who is upright.
+    fn of(posture: Posture) -> Option<Self> {
+        match posture {
+            Posture::Supine => Some(Self::Back),
+            Posture::Prone => Some(Self::Front),
+            Posture::LeftSide => Some(Self::Left),
+            Posture::RightSide => Some(Self::Right),
+            Posture::Upright => None,
+        }
+    }
+
+    fn opposite(self) -> Self {
+        match self {
+            Self::Front => Self::Back,
+            Self::Back => Self::Front,
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+
+    /// The two sides across.
+    fn across(self) -> [Self; 2] {
+        match self {
+            Self::Front | Self::Back => [Self::Left, Self::Right],
+            Self::Left | Self::Right => [Self::Back, Self::Front],
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Back => "back",
+            Self::Left => "left side",
+            Self::Right => "right side",
+        }
+    }
+
+    fn place(self) -> &'static str {
+        match self {
+            Self::Front => "in front",
+            Self::Back => "at the back",
+            Self::Left => "at the left",
+            Self::Right => "at the right",
+        }
+    }
+
+    /// What is measured of a patient who lies on it: table opposite and across, lungs towards it
+    /// and across.
+    fn checks(self) -> [&'static str; 4] {
+        const BESIDE: &str = "table or cloth at one side of the patient";
+        const ASIDE: &str = "lungs denser towards one side";
+        const ALONG: &str = "table or cloth in front of or behind the patient";
+        const FORTH: &str = "lungs denser towards front or back";
+        match self {
+            Self::Back => {
+                let table = "table or cloth in front of the patient";
+                [table, BESIDE, "lungs denser towards the back", ASIDE]
+            }
+            Self::Front => {
+                let table = "table or cloth behind the patient";
+                [table, BESIDE, "lungs denser towards the front", ASIDE]
+            }
+            Self::Left => {
+                let table = "table or cloth at the right of the patient";
+                [table, ALONG, "lungs denser towards the left", FORTH]
+            }
+            Self::Right => {
+                let table = "table or cloth at the left of the patient";
+                [table, ALONG, "lungs denser towards the right", FORTH]
+            }
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::info::Counts;
 use crate::levels::Levels;
 use crate::orientation::Orientation;
 use crate::paint::Outline;
-use crate::posture::Posture;
+use crate::posture::PostureSigns;
 use crate::radial_map::{RadialMap, Rays};
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
@@ -71,7 +71,7 @@ impl Segmenter {
         let mut checks = hounsfield::check(&ct, &frame)?;
         let mut body = find_body(&ct, field, (&frame, params), progress.part(0.0, 0.4))?;
         checks.extend(whole_chest::check(&frame, &body, field)?);
-        let posture = Posture::check(&ct, &frame, &body)?;
+        let posture = PostureSigns::check(&ct, &frame, &body, params.posture)?;
         let orientation = Orientation::check(&ct, &frame, &body)?;
         checks.extend(posture.checks().into_iter().chain(orientation.checks()));
         let warnings = posture.warning().into_iter().chain(orientation.warnings()).collect();

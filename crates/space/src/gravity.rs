@@ -15,6 +15,82 @@ pub fn sitting() -> Vector {
     Vector::new(0.0, 0.0, -1.0)
 }
 
+/// How a patient lies or sits while she is imaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Posture {
+    /// On her back.
+    #[default]
+    Supine,
+    /// On her front.
+    Prone,
+    /// On her left side.
+    LeftSide,
+    /// On her right side.
+    RightSide,
+    /// Upright, sitting or standing.
+    Upright,
+}
+
+impl Posture {
+    /// All, in the order of [`Posture::NAMES`].
+    pub const ALL: [Self; 5] =
+        [Self::Supine, Self::Prone, Self::LeftSide, Self::RightSide, Self::Upright];
+    /// Their names in case files.
+    pub const NAMES: [&'static str; 5] = ["supine", "prone", "left_side", "right_side", "upright"];
+
+    /// Its name in case files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Supine => "supine",
+            Self::Prone => "prone",
+            Self::LeftSide => "left_side",
+            Self::RightSide => "right_side",
+            Self::Upright => "upright",
+        }
+    }
+
+    /// The one of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|posture| posture.name() == name)
+    }
+
+    /// In words, as in "the patient lay on her back".
+    pub fn told(self) -> &'static str {
+        match self {
+            Self::Supine => "lay on her back",
+            Self::Prone => "lay prone",
+            Self::LeftSide => "lay on her left side",
+            Self::RightSide => "lay on her right side",
+            Self::Upright => "sat or stood upright",
+        }
+    }
+
+    /// The one that a DICOM Patient Position (PS3.3 C.7.3.1.1.2) tells; none of a text that is not
+    /// one of a patient who lies.
+    pub fn of_patient_position(text: &str) -> Option<Self> {
+        let (first, how) = (text.get(..2)?, text.get(2..)?);
+        let how = match how {
+            "S" => Self::Supine,
+            "P" => Self::Prone,
+            "DL" => Self::LeftSide,
+            "DR" => Self::RightSide,
+            _ => return None,
+        };
+        ["HF", "FF"].contains(&first).then_some(how)
+    }
+
+    /// Direction of gravity: unit vector, LPS.
+    pub fn gravity(self) -> Vector {
+        match self {
+            Self::Supine => supine(),
+            Self::Prone => -supine(),
+            Self::LeftSide => Vector::x(),
+            Self::RightSide => -Vector::x(),
+            Self::Upright => sitting(),
+        }
+    }
+}
+
 /// The tilt of the operating table, degrees.
 ///
 /// Positive AP raises the head, positive LAT lowers the patient's left side.
@@ -44,6 +120,21 @@ mod tests {
     fn level_table_is_supine_and_upright_table_is_sitting() {
         assert!((TablePose { ap_deg: 0.0, lat_deg: 0.0 }.gravity() - supine()).norm() < 1e-15);
         assert!((TablePose { ap_deg: 90.0, lat_deg: 0.0 }.gravity() - sitting()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn postures_have_names_and_positions() {
+        assert_eq!(Posture::ALL.map(Posture::name), Posture::NAMES);
+        assert_eq!(Posture::NAMES.map(Posture::named), Posture::ALL.map(Some));
+        let of = Posture::of_patient_position;
+        assert_eq!([of("HFP"), of("FFS")], [Some(Posture::Prone), Some(Posture::Supine)]);
+        assert_eq!([of("HFDR"), of("FFDL")], [Some(Posture::RightSide), Some(Posture::LeftSide)]);
+        for position in ["", "H", "HFSU", "é", "SITTING", "XFP"] {
+            assert_eq!(of(position), None, "{position}");
+        }
+        // On a table that is turned all the way round she lies prone.
+        let turned = TablePose { ap_deg: 0.0, lat_deg: 180.0 }.gravity();
+        assert!((turned - Posture::Prone.gravity()).norm() < 1e-15);
     }
 
     #[test]

@@ -34,7 +34,7 @@ mod view;
 mod warning;
 
 pub use failure::Failure;
-pub use gravity::{GRAVITY_M_S2, TablePose, sitting, supine};
+pub use gravity::{GRAVITY_M_S2, Posture, TablePose, sitting, supine};
 pub use grid::{Grid, GridError};
 pub use pack::{LANES, Pack};
 pub use progress::{Beside, OneOf, Progress, Stopped, Watch};

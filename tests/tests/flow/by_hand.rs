@@ -92,7 +92,7 @@ fn a_tilt_that_no_table_has_is_refused_in_the_same_words_everywhere() {
         &"--out",
         &folder.path().join("out"),
     ]);
-    let words = "`table.ap`: 900 is not a number from -90 to 90 degrees";
+    let words = "`table.ap`: 900 is not a number from -180 to 180 degrees";
     assert!(solve.stderr.contains(words) && run.stderr.contains(words), "{solve:?} {run:?}");
     assert_eq!((solve.code, run.code), (Some(2), Some(1)));
     assert!(!out.exists() && !folder.path().join("out").exists(), "nothing was begun");

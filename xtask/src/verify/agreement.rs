@@ -9,6 +9,7 @@ use std::fmt::Write;
 
 const AGREEMENT_TEXT: &str = include_str!("agreement.md");
 const LAWS_TEXT: &str = include_str!("laws.md");
+const BOUNDARIES_TEXT: &str = include_str!("boundaries.md");
 const CONVERGENCE_TEXT: &str = include_str!("convergence.md");
 /// Relative residual of the solutions that are compared node by node.
 const TOLERANCE: f64 = 1e-10;
@@ -53,31 +54,48 @@ const LACKING: [(&str, u8, &[&str]); 2] = [
 ];
 
 /// Laws that stiffen, as `fixtures/fem/make_laws.py` gave them to felupe.
-const LAWS: [(&str, &str); 3] = [("exponential", "1.5"), ("gent", "0.5"), ("fibres", "2")];
-const LAW_FIELDS: [&str; 5] = ["net_tilt", "net_sit", "unl_X", "unl_tilt", "unl_sit"];
+const LAWS: [&[&str]; 3] = [&["exponential", "1.5"], &["gent", "0.5"], &["fibres", "2"]];
+/// Boundaries, as `fixtures/fem/make_surfaces.py` gave them to jax.
+const BOUNDARIES: [&[&str]; 5] = [&["wall"], &["skin"], &["both"], &["soft"], &["both_soft"]];
+const OTHER_FIELDS: [&str; 5] = ["net_tilt", "net_sit", "unl_X", "unl_tilt", "unl_sit"];
 
 /// Text and table of the laws that stiffen.
 pub(super) fn laws(mechanics: &Mechanics<'_>) -> Result<String> {
-    let mut page = String::from(LAWS_TEXT);
-    for field in LAW_FIELDS {
+    Ok(format!("{LAWS_TEXT}{}", beside(mechanics, &LAWS)?))
+}
+
+/// Text and table of the boundaries.
+pub(super) fn boundaries(mechanics: &Mechanics<'_>) -> Result<String> {
+    Ok(format!("{BOUNDARIES_TEXT}{}", beside(mechanics, &BOUNDARIES)?))
+}
+
+/// A row for each field of each of these, beside the neo-Hookean solid on a wall that holds.
+fn beside(mechanics: &Mechanics<'_>, others: &[&[&str]]) -> Result<String> {
+    let mut rows = String::new();
+    for field in OTHER_FIELDS {
         let plain = mechanics.own("1.6k", 2, field, TOLERANCE)?;
-        for (law, b) in LAWS {
-            let own = mechanics.by_law((law, b), field, TOLERANCE)?;
+        for other in others {
+            let name = format!("`{}` {}", other[0], other[1..].concat());
+            let name = name.trim();
+            let Ok(own) = mechanics.otherwise(other, field, TOLERANCE) else {
+                writeln!(rows, "| {name} | `{field}` | refused | - | - | - |")?;
+                continue;
+            };
             let off = match own["off"].as_f64() {
                 None => "not stored".to_owned(),
                 Some(off) if off <= SOFT_MM => format!("{off:.1e}"),
-                Some(off) => bail!("{law} {field} is {off:.1e} off"),
+                Some(off) => bail!("{name} {field} is {off:.1e} off"),
             };
             let [steps, plainly] = [&own, &plain].map(|told| told["iterations"].to_string());
             let [cost, plain_cost] = [number(&own, "/cpu_s")?, number(&plain, "/cpu_s")?];
             let times = cost / plain_cost;
             writeln!(
-                page,
-                "| `{law}` {b} | `{field}` | {off} | {steps} ({plainly}) | {cost:.3} | {times:.2} |"
+                rows,
+                "| {name} | `{field}` | {off} | {steps} ({plainly}) | {cost:.3} | {times:.2} |"
             )?;
         }
     }
-    Ok(page)
+    Ok(rows)
 }
 
 /// Text and table of the agreement.

@@ -61,11 +61,12 @@ impl<'a> Mechanics<'a> {
         Ok(serde_json::from_str(&output(own.arg("curved"))?)?)
     }
 
-    /// The same on the coarse mesh by quadratic elements of another law, beside felupe's field.
-    pub(super) fn by_law(&self, (law, b): (&str, &str), field: &str, goal: f64) -> Result<Value> {
+    /// The same on the coarse mesh by quadratic elements with another law or boundary, beside its
+    /// stored field.
+    pub(super) fn otherwise(&self, what: &[&str], field: &str, goal: f64) -> Result<Value> {
         let fixtures = self.bench.house.root.join("fixtures/fem");
         let mut own = self.solution_in(&fixtures, "1.6k", 2, field, goal);
-        Ok(serde_json::from_str(&output(own.args([law, b]))?)?)
+        Ok(serde_json::from_str(&output(own.args(what))?)?)
     }
 
     fn solution(&self, mesh: &str, order: u8, field: &str, goal: f64) -> Command {

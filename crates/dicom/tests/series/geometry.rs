@@ -7,7 +7,7 @@ use crate::support::{
 use dicom_core::{PrimitiveValue, VR};
 use dicom_dictionary_std::tags;
 use supine_dicom::{Expected, Original, verify_export, write_series};
-use supine_space::{Point, Progress, Vector};
+use supine_space::{Point, Posture, Progress, Vector};
 
 #[test]
 fn file_order_does_not_matter() {
@@ -276,21 +276,28 @@ fn unusable_geometry_is_refused_by_attribute() {
 }
 
 #[test]
-fn a_patient_who_did_not_lie_on_her_back_is_a_warning() {
-    let mut slices = six();
-    slices.iter_mut().for_each(|s| put(s, tags::PATIENT_POSITION, VR::CS, "HFP"));
-    let (.., info) = read(folder(&slices).path()).unwrap();
-    assert!(info.warnings.iter().any(|w| w.to_string().contains("HFP")), "{:?}", info.warnings);
+fn a_position_that_is_not_known_is_a_warning() {
+    for (position, told) in [("HFP", false), ("SITTING", true)] {
+        let mut slices = six();
+        slices.iter_mut().for_each(|s| put(s, tags::PATIENT_POSITION, VR::CS, position));
+        let (.., info) = read(folder(&slices).path()).unwrap();
+        let named = info.warnings.iter().any(|w| w.to_string().contains(position));
+        assert_eq!(named, told, "{:?}", info.warnings);
+    }
 }
 
 #[test]
-fn a_patient_who_lay_prone_or_on_her_side_is_named() {
-    for (position, how) in [("HFP", "prone"), ("FFP", "prone"), ("HFDR", "side"), ("FFDL", "side")]
+fn a_patient_who_lay_otherwise_than_is_taken_is_named() {
+    let otherwise = supine_dicom::lay_otherwise;
+    for (position, how) in [("HFP", "prone"), ("FFP", "prone"), ("HFDR", "right"), ("FFDL", "left")]
     {
-        let told = supine_dicom::not_supine(position);
+        let told = otherwise(position, Posture::Supine);
         assert!(told.is_some_and(|why| why.contains(how) && why.contains(position)), "{position}");
     }
+    assert_eq!(otherwise("FFP", Posture::Prone), None);
+    assert_eq!(otherwise("HFS", Posture::Upright), None);
+    assert!(otherwise("HFS", Posture::Prone).unwrap().contains("position = \"supine\""));
     for position in ["HFS", "FFS", "", "H", "HFSU", "é", "SITTING"] {
-        assert_eq!(supine_dicom::not_supine(position), None, "{position}");
+        assert_eq!(otherwise(position, Posture::Supine), None, "{position}");
     }
 }

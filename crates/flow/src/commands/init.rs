@@ -16,7 +16,7 @@ use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
 use supine_dicom::{ReadParams, SeriesReport, SeriesSummary};
 use supine_segment::tumour_place;
-use supine_space::{Failure, Side};
+use supine_space::{Failure, Posture, Side};
 use tumour::Found;
 
 /// What is asked.
@@ -66,13 +66,13 @@ pub fn init(given: &Init, observer: &dyn Observer) -> Result<InitDone, Error> {
     for path in std::iter::once(&given.ct).chain(&given.structures) {
         check_utf8(path)?;
     }
-    let (series, several) = usable(given, observer)?;
+    let Usable { series, several, posture } = usable(given, observer)?;
     let tumour = tumour::find(given)?;
     let chosen = (series.len() == 1).then(|| series[0].uid.clone()).filter(|_| several);
     let breast = match series.len() {
         // Which one the tumour lies in is not known.
         2.. => given.breast,
-        _ => side(given, chosen.as_deref(), &tumour, observer)?,
+        _ => side(given, (chosen.as_deref(), posture), &tumour, observer)?,
     };
     let mut missing = Vec::new();
     missing.extend((series.len() > 1).then_some("series"));
@@ -80,20 +80,36 @@ pub fn init(given: &Init, observer: &dyn Observer) -> Result<InitDone, Error> {
     missing.push("table");
     missing.extend((!tumour.is_whole()).then_some("tumour"));
     let breast_proposed = breast.is_some() && given.breast.is_none();
-    let page =
-        text::Page { given, series: &series, chosen, breast, breast_proposed, tumour: &tumour };
+    let page = text::Page {
+        given,
+        series: &series,
+        chosen,
+        posture,
+        breast,
+        breast_proposed,
+        tumour: &tumour,
+    };
     write_atomically(&given.out, page.text().as_bytes(), USERS)?;
     Ok(InitDone { case: given.out.clone(), series, missing, breast_proposed })
 }
 
-/// The series that can be used, and whether the folder holds others too.
-fn usable(given: &Init, observer: &dyn Observer) -> Result<(Vec<SeriesSummary>, bool), Error> {
+/// The series of a CT that can be used.
+#[derive(Default)]
+struct Usable {
+    series: Vec<SeriesSummary>,
+    /// Whether its folder holds others too.
+    several: bool,
+    /// How the patient lay in the first one, as its Patient Position tells.
+    posture: Posture,
+}
+
+fn usable(given: &Init, observer: &dyn Observer) -> Result<Usable, Error> {
     if let Err(source) = std::fs::metadata(&given.ct) {
         return Err(Error::Missing { key: "ct", path: given.ct.clone(), source });
     }
     if is_volume(&given.ct) {
         refuse_deformed(given, observer)?;
-        return Ok((vec![], false));
+        return Ok(Usable::default());
     }
     let looked = dicom::Inspect { spec: Spec::new(""), path: given.ct.clone(), pixels: false };
     let found = dicom::inspect(&looked, observer)?;
@@ -114,7 +130,9 @@ fn usable(given: &Init, observer: &dyn Observer) -> Result<(Vec<SeriesSummary>, 
         description: s.description.clone(),
         slices: s.slices,
     };
-    Ok((usable.iter().map(line).collect(), found.series.len() > 1))
+    let posture = Posture::of_patient_position(&usable[0].patient_position).unwrap_or_default();
+    let several = found.series.len() > 1;
+    Ok(Usable { series: usable.iter().map(line).collect(), several, posture })
 }
 
 /// Refuses a volume that is a result of this program, before it gets a case file.
@@ -139,7 +157,7 @@ fn check_utf8(path: &Path) -> Result<(), Error> {
 /// The side: as asked, or that of the body on which the tumour lies; the CT is read for it.
 fn side(
     given: &Init,
-    series: Option<&str>,
+    (series, posture): (Option<&str>, Posture),
     tumour: &Found,
     observer: &dyn Observer,
 ) -> Result<Option<Side>, Error> {
@@ -148,6 +166,7 @@ fn side(
     let mut spec = Spec::new(here);
     spec.set("ct", &given.ct.to_string_lossy().into())?;
     spec.set("series", &series.map_or(Json::Null, Json::from))?;
+    spec.set("position", &posture.name().into())?;
     let gather = Gather::new(observer, &[]);
     let request = Request { observer: &gather, ..Request::default() };
     let read = session(&spec)?.get::<Import>(&request)?;

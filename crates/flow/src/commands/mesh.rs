@@ -31,6 +31,7 @@ pub const KEYS: &[&str] = &[
     "mesh.tumour_edge",
     "mesh.tumour_growth",
     "mesh.order",
+    "position",
     "tissue.young",
     "tissue.poisson",
     "tissue.density",
@@ -38,9 +39,17 @@ pub const KEYS: &[&str] = &[
     "tissue.stiffening",
     "tissue.fibres",
     "tissue.fibre_stiffening",
+    "tissue.fibre_direction",
     "tissue.rest",
     "tissue.cut",
     "tissue.spring",
+    "wall.hold",
+    "wall.shear",
+    "wall.radius",
+    "wall.centre",
+    "skin.young",
+    "skin.thickness",
+    "skin.stretch",
 ];
 
 /// What is asked.

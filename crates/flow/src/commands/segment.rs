@@ -22,6 +22,7 @@ pub const KEYS: &[&str] = &[
     "exclude",
     "assume_hu",
     "equalise_steps",
+    "position",
     "seeds.file",
     "seeds.chest_wall",
     "seeds.soft_tissue",

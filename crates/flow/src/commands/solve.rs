@@ -8,13 +8,14 @@ use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use std::path::PathBuf;
 use supine_exchange::{Spring, write_mesh_fields, write_problem};
-use supine_fem::{Between, Body, Cut, Info, Load, RestState, between, sensitivity};
+use supine_fem::{Between, Body, Cut, Info, RestState, between, sensitivity};
 use supine_mesh::{Deformation, Displacement};
 use supine_report::Warning;
 use supine_space::Vector;
 
 /// Keys of the table of parameters that it takes, beside the tilt of the operating table.
 pub const KEYS: &[&str] = &[
+    "position",
     "tissue.young",
     "tissue.poisson",
     "tissue.density",
@@ -22,9 +23,17 @@ pub const KEYS: &[&str] = &[
     "tissue.stiffening",
     "tissue.fibres",
     "tissue.fibre_stiffening",
+    "tissue.fibre_direction",
     "tissue.rest",
     "tissue.cut",
     "tissue.spring",
+    "wall.hold",
+    "wall.shear",
+    "wall.radius",
+    "wall.centre",
+    "skin.young",
+    "skin.thickness",
+    "skin.stretch",
     "tissue.young_interval",
     "mesh.order",
 ];
@@ -125,7 +134,7 @@ pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error>
         Target::Direction(g) if Vector::from(g).norm() > 0.0 => Vector::from(g).normalize(),
         Target::Direction(_) => return Err(usage("--gravity: 0,0,0 is no direction")),
     };
-    let law = Law::under(&case, Load { ct: supine_space::supine(), target });
+    let law = Law::under(&case, case.load_to(target));
     let meshed = Meshed::given(given_mesh(&given.mesh)?);
     let body = law.body(&meshed, None, None);
     problem(given, &law, &body)?;
@@ -170,11 +179,10 @@ fn problem(given: &Solve, law: &Law, body: &Body) -> Result<(), Error> {
     if solver.rest == RestState::Unloaded {
         return Err(usage("--problem: the mesh is the stress-free shape with --rest net only"));
     }
-    let tissue = law.tissue();
-    if !tissue.law.is_default() || tissue.fibres > 0.0 {
-        let what = if tissue.fibres > 0.0 { "fibres" } else { tissue.law.name() };
+    if let Some(what) = law.beyond_problem_files() {
         return Err(usage(format!(
-            "--problem: neither .feb nor .inp is written with {what}: only with law = \"neo-hookean\" and without fibres"
+            "--problem: neither .feb nor .inp is written with {what}: only with law = \"neo-hookean\", without fibres, and with \
+             a wall and a skin that are as they are unless something is said"
         )));
     }
     let springs = if solver.cut == Cut::Spring {

@@ -15,7 +15,7 @@ use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_scan_distances, write_scan_distances};
-use supine_fem::{Body, Load, RestState};
+use supine_fem::{Body, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
 use supine_personalise::{Choice, DECIDES, FitQuestion, Tissues, UPRIGHT_DEG, compare, fit};
 use supine_register::Skin;
@@ -123,7 +123,7 @@ impl Node for Fit {
 
     fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
         let case = &case_state.case;
-        let load = Load { ct: supine_space::supine(), target: supine_space::sitting() };
+        let load = case.load_to(supine_space::sitting());
         let of_case = case.scans.as_ref().and_then(|scans| Some((scans, scans.fit.as_ref()?)));
         let scans = of_case.map(|(scans, fit)| {
             let file = |key, path: &Option<std::path::PathBuf>| {

@@ -10,6 +10,7 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_dicom::{Accept, ReadInfo, ReadParams, Source};
 use supine_report::{CtFacts, LeftOut};
+use supine_space::{Posture, Warning};
 use supine_volume::{Ct, Field};
 
 pub(crate) struct Import;
@@ -21,6 +22,34 @@ pub(crate) struct NodeInputs {
     exclude: Vec<String>,
     assume_hu: bool,
     equalise_steps: bool,
+    #[serde(skip_serializing_if = "Taken::is_supine")]
+    position: Taken,
+}
+
+/// How the patient is taken to lie, by the name that case files give it.
+#[derive(Serialize, Clone, Copy, Debug)]
+pub(crate) struct Taken(&'static str);
+
+impl Taken {
+    pub(crate) fn of(posture: Posture) -> Self {
+        Self(posture.name())
+    }
+
+    /// Whether it is the posture without which nothing was said before.
+    pub(crate) fn is_supine(&self) -> bool {
+        self.posture() == Posture::Supine
+    }
+
+    /// What is said of a posture that a CT does not tell.
+    fn unchecked(self) -> Option<Warning> {
+        let text = "the patient is taken to be upright: nothing in the CT tells whether she was";
+        let upright = self.posture() == Posture::Upright;
+        upright.then(|| Warning::new("posture-unchecked", text))
+    }
+
+    pub(crate) fn posture(self) -> Posture {
+        Posture::named(self.0).unwrap_or_default()
+    }
 }
 
 /// The CT as it was read.
@@ -58,7 +87,14 @@ impl Node for Import {
         let Accept { assume_hu, equalise_steps } = case.accept;
         let (ct, series) = (case_state.file("ct", case.ct()?)?, case.series.clone());
         let exclude = case.exclude.clone();
-        Ok(NodeInputs { ct, series, exclude, assume_hu, equalise_steps })
+        Ok(NodeInputs {
+            ct,
+            series,
+            exclude,
+            assume_hu,
+            equalise_steps,
+            position: Taken::of(case.position),
+        })
     }
 
     fn run(inputs: &NodeInputs, (): Outs<Self>, work: &Work<'_>) -> Result<Imported, Error> {
@@ -72,10 +108,10 @@ impl Node for Import {
         let CtInput { ct, dicom, warnings, .. } = read;
         let (source, info) = dicom.unzip();
         let position = info.as_ref().map_or("", |info| info.patient_position.as_str());
-        if let Some(why) = supine_dicom::not_supine(position) {
-            return Err(Error::NotSupine { path: inputs.ct.path.clone(), why });
+        if let Some(why) = supine_dicom::lay_otherwise(position, inputs.position.posture()) {
+            return Err(Error::LayOtherwise { path: inputs.ct.path.clone(), why });
         }
-        work.warn_all(warnings);
+        work.warn_all(warnings.into_iter().chain(inputs.position.unchecked()));
         let facts = facts(&ct, info.as_ref());
         Ok(Imported { ct: Arc::new(ct), field, source, facts, origin: inputs.ct.told("ct") })
     }

@@ -3,10 +3,13 @@
 use crate::Error;
 use crate::spec::Case;
 use serde::Serialize;
-use supine_fem::{Cut, Load, Params, RestState, Tissue};
+use supine_fem::{Cut, Load, Membrane, Params, RestState, SlidingArea, Tissue};
 use supine_mesh::Order;
 use supine_report::TissueFit;
 use supine_space::{Vector, Warning};
+
+/// No operating table is tilted further, degrees.
+const STEEP_DEG: f64 = 60.0;
 
 /// The tissue, its load and how it is solved.
 #[derive(Serialize, Clone, Copy, Debug)]
@@ -20,12 +23,61 @@ pub(crate) struct Law {
     stiffening: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     fibres: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fibre_direction: Option<[f64; 3]>,
     rest: RestState,
     cut: Cut,
     spring_kpa_mm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sliding: Option<Slides>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    skin: Option<Skin>,
     order: u8,
     /// Directions of gravity in the CT and on the table, unit vectors, LPS.
     gravity: [[f64; 3]; 2],
+}
+
+/// A part of the chest wall on which the tissue slides.
+#[derive(Serialize, Clone, Copy, Debug)]
+struct Slides {
+    centre: Option<[f64; 3]>,
+    radius_mm: f64,
+    rim_mm: f64,
+    stiffness_kpa_mm: f64,
+}
+
+/// Skin as a membrane.
+#[derive(Serialize, Clone, Copy, Debug)]
+struct Skin {
+    thickness_mm: f64,
+    young_kpa: f64,
+    stretch: f64,
+}
+
+impl From<SlidingArea> for Slides {
+    fn from(area: SlidingArea) -> Self {
+        let SlidingArea { centre, radius_mm, rim_mm, stiffness_kpa_mm } = area;
+        Self { centre: centre.map(Into::into), radius_mm, rim_mm, stiffness_kpa_mm }
+    }
+}
+
+impl From<Slides> for SlidingArea {
+    fn from(slides: Slides) -> Self {
+        let Slides { centre, radius_mm, rim_mm, stiffness_kpa_mm } = slides;
+        Self { centre: centre.map(Into::into), radius_mm, rim_mm, stiffness_kpa_mm }
+    }
+}
+
+impl From<Membrane> for Skin {
+    fn from(Membrane { thickness_mm, young_kpa, stretch }: Membrane) -> Self {
+        Self { thickness_mm, young_kpa, stretch }
+    }
+}
+
+impl From<Skin> for Membrane {
+    fn from(Skin { thickness_mm, young_kpa, stretch }: Skin) -> Self {
+        Self { thickness_mm, young_kpa, stretch }
+    }
 }
 
 /// Whether a law has no such parameter.
@@ -50,9 +102,12 @@ impl Law {
             law,
             stiffening,
             fibres: (fibres > 0.0).then_some([fibres, case.tissue.fibre_stiffening]),
+            fibre_direction: case.tissue.fibre_direction,
             rest: case.rest,
             cut: case.cut,
             spring_kpa_mm: case.spring_kpa_mm,
+            sliding: case.sliding.map(Into::into),
+            skin: case.skin.map(Into::into),
             order: case.mesh.order.number(),
             gravity: [load.ct.into(), load.target.into()],
         }
@@ -64,25 +119,60 @@ impl Law {
         Self { young_kpa: best.young_kpa, rest: best.rest, ..*self }
     }
 
-    /// What is said of a law that stiffens and of fibres.
+    /// What is said of a law that stiffens, of fibres, of skin and of a wall that slides.
     pub(crate) fn assumed(&self) -> Option<Warning> {
         let law = (!self.law.is_default())
             .then(|| format!("that the tissue stiffens (law {}, {})", self.law, self.stiffening));
         let fibres = self.fibres.map(|[ratio, _]| format!("fibres of {ratio} times its modulus"));
-        let what: Vec<String> = law.into_iter().chain(fibres).collect();
+        let skin = self.skin.map(|skin| format!("a skin of {} kPa", skin.young_kpa));
+        let sliding = self.sliding.map(|area| {
+            format!("tissue that slides on the chest wall ({} kPa/mm)", area.stiffness_kpa_mm)
+        });
+        let what: Vec<String> = law.into_iter().chain(fibres).chain(skin).chain(sliding).collect();
         let text = format!(
-            "{} is assumed and was measured in no breast: the interval does not hold what another law would move",
+            "{} is assumed and was measured in no breast: the interval does not hold what another assumption would move",
             what.join(" with ")
         );
         (!what.is_empty()).then(|| Warning::new("law-assumed", text))
     }
 
+    /// What is said of a table that is turned far: degrees are easily mistyped.
+    pub(crate) fn steep(&self) -> Option<Warning> {
+        let [_, target] = self.gravity.map(Vector::from);
+        let degrees = target.angle(&supine_space::supine()).to_degrees();
+        let text = format!(
+            "the table turns the patient by {degrees:.0} degrees from lying on her back: check `table` for a mistyped angle"
+        );
+        (degrees > STEEP_DEG).then(|| Warning::new("table-steep", text))
+    }
+
+    /// What files for other solvers do not hold, if there is something.
+    pub(crate) fn beyond_problem_files(&self) -> Option<&'static str> {
+        match self {
+            Self { fibres: Some(_), .. } => Some("fibres"),
+            Self { sliding: Some(_), .. } => Some("tissue that slides on the chest wall"),
+            Self { skin: Some(_), .. } => Some("a skin"),
+            Self { law, .. } if !law.is_default() => Some(law.name()),
+            _ => None,
+        }
+    }
+
     pub(crate) fn tissue(&self) -> Tissue {
-        let Self { young_kpa, poisson, density_kg_m3, law, stiffening, .. } = *self;
+        let Self { young_kpa, poisson, density_kg_m3, law, stiffening, fibre_direction, .. } =
+            *self;
         let none = Tissue::default();
         let [fibres, fibre_stiffening] =
             self.fibres.unwrap_or([none.fibres, none.fibre_stiffening]);
-        Tissue { young_kpa, poisson, density_kg_m3, law, stiffening, fibres, fibre_stiffening }
+        Tissue {
+            young_kpa,
+            poisson,
+            density_kg_m3,
+            law,
+            stiffening,
+            fibres,
+            fibre_stiffening,
+            fibre_direction,
+        }
     }
 
     pub(crate) fn load(&self) -> Load {
@@ -96,6 +186,8 @@ impl Law {
             rest: self.rest,
             cut: self.cut,
             spring_kpa_mm: self.spring_kpa_mm,
+            sliding: self.sliding.map(Into::into),
+            skin: self.skin.map(Into::into),
             ..Params::default()
         }
     }
@@ -105,6 +197,17 @@ impl Law {
 mod tests {
     use super::*;
     use crate::spec::Spec;
+
+    #[test]
+    fn a_table_that_stands_is_told() {
+        let steep = |table: &str| {
+            let case = Spec::from_text(&format!("table = {{ {table} }}"), "").unwrap();
+            Law::of(&case.case().unwrap()).unwrap().steep().map(|warning| warning.to_string())
+        };
+        assert_eq!(steep("ap = 30.0, lat = -30.0"), None);
+        assert!(steep("ap = 70.0, lat = 5.0").unwrap().contains("by 70 degrees"));
+        assert!(steep("ap = 0.0, lat = 180.0").unwrap().contains("by 180 degrees"));
+    }
 
     #[test]
     fn what_is_assumed_of_a_tissue_is_told() {
@@ -118,5 +221,8 @@ mod tests {
         let want = "stiffens (law gent, 0.4) with fibres of 2 times its modulus is assumed";
         assert!(both.contains(want), "{both}");
         assert!(assumed("fibres = 2.0").unwrap().starts_with("fibres of 2 times"));
+        let boundary = assumed("[wall]\nhold = 'sliding'\n[skin]\nyoung = 90.0").unwrap();
+        let want = "a skin of 90 kPa with tissue that slides on the chest wall (0.02 kPa/mm) is";
+        assert!(boundary.starts_with(want), "{boundary}");
     }
 }

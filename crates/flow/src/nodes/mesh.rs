@@ -40,7 +40,7 @@ pub(crate) struct NodeInputs {
 enum OwnRefine {
     Nowhere,
     Tumour { place: SphereRecord, edge_mm: f64, growth: f64 },
-    Goal { place: SphereRecord, law: Law },
+    Goal { place: SphereRecord, law: Box<Law> },
 }
 
 /// The mesh in the CT shape.
@@ -100,9 +100,10 @@ impl Node for Mesh {
             Refinement::Tumour { edge_mm, growth } => {
                 OwnRefine::Tumour { place: case_state.tumour()?.sphere.into(), edge_mm, growth }
             }
-            Refinement::Goal => {
-                OwnRefine::Goal { place: case_state.tumour()?.sphere.into(), law: Law::of(case)? }
-            }
+            Refinement::Goal => OwnRefine::Goal {
+                place: case_state.tumour()?.sphere.into(),
+                law: Law::of(case)?.into(),
+            },
         };
         Ok(NodeInputs {
             tetrahedra: case.mesh.tetrahedra,
@@ -181,12 +182,12 @@ impl OwnRefine {
             Self::Tumour { place, edge_mm, growth } => {
                 Refine::Near(Near { place: place.sphere()?, edge_mm: *edge_mm, growth: *growth })
             }
-            Self::Goal { place, law } => Refine::Goal(Goal {
+            Self::Goal { place, law } => Refine::Goal(Box::new(Goal {
                 place: place.sphere()?,
                 tissue: law.tissue(),
                 load: law.load(),
                 solver: law.solver(),
-            }),
+            })),
         })
     }
 }

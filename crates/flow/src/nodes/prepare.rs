@@ -1,5 +1,6 @@
 //! The CT made ready for the segmentation: all of it that no seed changes.
 
+use super::import::Taken;
 use super::{Import, Imported};
 use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
@@ -15,6 +16,8 @@ pub(crate) struct Prepare;
 pub(crate) struct NodeInputs {
     /// Labels that are supplied need nothing.
     needed: bool,
+    #[serde(skip_serializing_if = "Taken::is_supine")]
+    position: Taken,
 }
 
 /// What finds the labels.
@@ -37,16 +40,18 @@ impl Node for Prepare {
     type Out = Prepared;
 
     fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
-        Ok(NodeInputs { needed: case_state.case.labels.is_none() })
+        let case = &case_state.case;
+        Ok(NodeInputs { needed: case.labels.is_none(), position: Taken::of(case.position) })
     }
 
     fn not_asked(inputs: &NodeInputs) -> Option<Prepared> {
         (!inputs.needed).then_some(Prepared { segmenter: None })
     }
 
-    fn run(_: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Prepared, Error> {
+    fn run(inputs: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Prepared, Error> {
         let Imported { ct, field, .. } = &*input;
-        let segmenter = Segmenter::new(Arc::clone(ct), field, &Params::default(), work.progress)?;
+        let params = Params { posture: inputs.position.posture(), ..Params::default() };
+        let segmenter = Segmenter::new(Arc::clone(ct), field, &params, work.progress)?;
         Ok(Prepared { segmenter: Some(Arc::new(segmenter)) })
     }
 

@@ -37,7 +37,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 19;
+    const METHOD: u32 = 20;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;
@@ -235,6 +235,7 @@ fn all_inputs(all: &[&[Input]]) -> Vec<Input> {
 }
 
 fn tissue(case: &Case, moduli: Option<&supine_report::Moduli>) -> Tissue {
+    let fibred = case.tissue.fibres > 0.0;
     Tissue {
         young_kpa: moduli.map_or(case.tissue.young_kpa, |moduli| moduli.mean_kpa),
         moduli: moduli.cloned(),
@@ -242,7 +243,18 @@ fn tissue(case: &Case, moduli: Option<&supine_report::Moduli>) -> Tissue {
         density_kg_m3: case.tissue.density_kg_m3,
         law: case.tissue.law,
         stiffening: Some(case.tissue.stiffening).filter(|_| !case.tissue.law.is_default()),
-        fibres: Some(case.tissue.fibres).filter(|fibres| *fibres > 0.0),
+        fibres: Some(case.tissue.fibres).filter(|_| fibred),
+        fibre_stiffening: Some(case.tissue.fibre_stiffening).filter(|_| fibred),
+        fibre_direction: case.tissue.fibre_direction,
+        sliding: case.sliding.map(|area| supine_report::SlidingWall {
+            radius_mm: area.radius_mm,
+            stiffness_kpa_mm: area.stiffness_kpa_mm,
+        }),
+        skin: case.skin.map(|skin| supine_report::Skin {
+            thickness_mm: skin.thickness_mm,
+            young_kpa: skin.young_kpa,
+            stretch: skin.stretch,
+        }),
         rest: case.rest,
         order: case.mesh.order.number(),
         cut: case.cut,

@@ -84,7 +84,7 @@ impl Node for Solve {
         let body = inputs.body(&meshed, moduli.as_ref().as_ref(), fit.tissue());
         let (deformation, info) =
             supine_fem::solve(&body, &inputs.load(), &inputs.solver(), work.progress)?;
-        work.warn_all(inputs.assumed().into_iter().chain(info.warnings));
+        work.warn_all(inputs.steep().into_iter().chain(inputs.assumed()).chain(info.warnings));
         let facts = Facts { solve: info.solve, unknowns: info.unknowns };
         Ok(Solved { deformation, facts })
     }

@@ -18,7 +18,7 @@ pub enum Refine {
     /// In and around a place.
     Near(Near),
     /// Where the displacement of a place depends on it.
-    Goal(Goal),
+    Goal(Box<Goal>),
 }
 
 /// The displacement that is to be most accurate.
@@ -54,7 +54,7 @@ impl Refine {
             Self::Goal(goal) => {
                 let (first, _) = domain.mesh(tetrahedra.min(FIRST), progress.part(0.0, 0.6))?;
                 let first = Arc::new(first);
-                let Goal { place, tissue, load, solver } = goal;
+                let Goal { place, tissue, load, solver } = goal.as_ref();
                 let progress = progress.part(0.6, 1.0);
                 let shares = error_shares(
                     &Body::new(Arc::clone(&first), *tissue),

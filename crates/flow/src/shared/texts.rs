@@ -2,6 +2,7 @@
 
 use crate::spec::{Case, CaseError, Stiffness};
 use supine_fem::Law;
+use supine_space::Posture;
 
 /// Said by every slice of an export.
 pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
@@ -36,11 +37,12 @@ fn short(x: f64, decimals: usize) -> String {
 pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
     let pose = case.table_pose()?;
     Ok(format!(
-        "DERIVED: simulated deformation by supine {}; not acquired anatomy. Breast {}, operating \
+        "DERIVED: simulated deformation by supine {}; not acquired anatomy. {}Breast {}, operating \
          table AP {} deg (head up), LAT {} deg (left side down). {} of \
-         order {}, E {}, nu {}, density {} kg/m3, rest state {}, cut {}; chest wall fixed. CT \
+         order {}, E {}, nu {}, density {} kg/m3, rest state {}, cut {}; {}. CT \
          resampled ({}), HU carried unchanged.",
         env!("CARGO_PKG_VERSION"),
+        posture(case),
         case.breast()?,
         pose.ap_deg,
         pose.lat_deg,
@@ -51,8 +53,17 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
         case.tissue.density_kg_m3,
         case.rest.name(),
         case.cut.name(),
+        boundary(case),
         case.interpolation.name(),
     ))
+}
+
+/// How the patient lay, if not on her back.
+fn posture(case: &Case) -> String {
+    match case.position {
+        Posture::Supine => String::new(),
+        other => format!("Patient {} in the CT. ", other.told()),
+    }
 }
 
 /// The law in words.
@@ -67,6 +78,24 @@ fn law(case: &Case) -> String {
             format!("Finite elements (law {law}, stiffening {}){fibres}", case.tissue.stiffening)
         }
     }
+}
+
+/// What holds the tissue, and the skin, in words.
+fn boundary(case: &Case) -> String {
+    let wall = match &case.sliding {
+        Some(area) => format!(
+            "slides on the chest wall within {} mm ({} kPa/mm)",
+            area.radius_mm, area.stiffness_kpa_mm
+        ),
+        None => "chest wall fixed".into(),
+    };
+    let skin = case.skin.map(|skin| {
+        format!(
+            "; skin {} mm of {} kPa, stretched to {}",
+            skin.thickness_mm, skin.young_kpa, skin.stretch
+        )
+    });
+    wall + &skin.unwrap_or_default()
 }
 
 /// The moduli in words.

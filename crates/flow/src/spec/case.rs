@@ -4,9 +4,9 @@ use crate::shared::{CarriedFile, Mesher, SuppliedLabels};
 use serde_json::{Map, Value as Json};
 use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy, ReadParams};
-use supine_fem::{Cut, RestState, Tissue};
+use supine_fem::{Cut, Membrane, RestState, SlidingArea, Tissue};
 use supine_mesh::Order;
-use supine_space::{Point, Side, Sphere, TablePose};
+use supine_space::{Point, Posture, Side, Sphere, TablePose};
 use supine_volume::{SeedKind, Stroke};
 use supine_warp::Interpolation;
 
@@ -25,6 +25,8 @@ pub struct Case {
     pub exclude: Vec<String>,
     /// What is accepted of a DICOM CT beyond what is safe.
     pub accept: Accept,
+    /// How the patient lay when the CT was taken.
+    pub position: Posture,
     /// The breast that is operated.
     pub breast: Option<Side>,
     /// The table's tilt.
@@ -48,6 +50,10 @@ pub struct Case {
     /// Stiffness of the springs when `cut` is [`Cut::Spring`], kPa/mm; the tissue's own when
     /// absent.
     pub spring_kpa_mm: Option<f64>,
+    /// Where the tissue slides on the chest wall; held everywhere when absent.
+    pub sliding: Option<SlidingArea>,
+    /// The skin as a membrane; tissue like the rest when absent.
+    pub skin: Option<Membrane>,
     /// Surface scans: to fit the modulus, and to hold the result against.
     pub scans: Option<ScansSpec>,
     /// Seeds for the segmentation.

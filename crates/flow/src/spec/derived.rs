@@ -39,6 +39,26 @@ pub(super) fn fibre_stiffening(case: &Case) -> Json {
     Some(case.tissue.fibre_stiffening).filter(|_| case.tissue.fibres > 0.0).into()
 }
 
+/// Shear stiffness of the layer on which the tissue slides, where it does.
+pub(super) fn wall_shear(case: &Case) -> Json {
+    case.sliding.map(|area| area.stiffness_kpa_mm).into()
+}
+
+/// Radius of that part of the wall.
+pub(super) fn wall_radius(case: &Case) -> Json {
+    case.sliding.map(|area| area.radius_mm).into()
+}
+
+/// Thickness of the skin, where it is a membrane.
+pub(super) fn skin_thickness(case: &Case) -> Json {
+    case.skin.map(|skin| skin.thickness_mm).into()
+}
+
+/// How far it is stretched in advance.
+pub(super) fn skin_stretch(case: &Case) -> Json {
+    case.skin.map(|skin| skin.stretch).into()
+}
+
 /// The rest state, unless both are fitted.
 pub(super) fn rest(case: &Case) -> Json {
     let both = case.fit_scans().is_some_and(|scans| scans.states.len() > 1);

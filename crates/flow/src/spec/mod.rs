@@ -3,6 +3,7 @@
 //! [`TABLE`] is the truth of keys, options, ranges, defaults and help. A [`Spec`] holds values as
 //! they were given, from a case file, a summary or a program; [`Spec::case`] checks them together.
 
+mod boundary;
 mod canonical;
 mod case;
 mod change;

@@ -78,6 +78,52 @@ impl Parameter {
     pub(super) fn may_identify(&self) -> bool {
         matches!(self.kind, Kind::Text | Kind::File | Kind::Files | Kind::Names)
     }
+
+    /// The table it stands in, if any, and its name there.
+    pub fn path(&self) -> (Option<&'static str>, &'static str) {
+        match self.key.split_once('.') {
+            Some((table, name)) => (Some(table), name),
+            None => (None, self.key),
+        }
+    }
+
+    /// What is expected, in words: range, unit, choices.
+    pub fn expected(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        match self.kind {
+            Kind::Switch => "true or false".into(),
+            Kind::Number { min, max } => format!("a number from {min} to {max}{unit}"),
+            Kind::Whole { min, max } => format!("a whole number from {min} to {max}"),
+            Kind::Choice(choices) => {
+                let quoted: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
+                format!("one of {}", quoted.join(", "))
+            }
+            Kind::Text => "a text".into(),
+            Kind::Point if unit.is_empty() => "three numbers [x, y, z]".into(),
+            Kind::Point => format!("three numbers [x, y, z],{unit}"),
+            Kind::Points => "a list of positions [[x, y, z], ...], mm".into(),
+            Kind::Strokes => "a list of { tissue, radius, points }, mm".into(),
+            Kind::Interval { min, max } => {
+                format!("two ascending numbers from {min} to {max}{unit}")
+            }
+            Kind::File => "a file or folder".into(),
+            Kind::Files => "a file or folder, or a list of them".into(),
+            Kind::Names => "a name, or a list of names".into(),
+        }
+    }
+
+    /// What holds when it is not given, in words.
+    pub fn default_text(&self) -> String {
+        match self.default {
+            Preset::Required => "required".into(),
+            Preset::RequiredOr(other) => format!("required, or `{other}`"),
+            Preset::Absent(what) => what.into(),
+            Preset::Switch(on) => on.to_string(),
+            Preset::Number(x) => x.to_string(),
+            Preset::Whole(n) => n.to_string(),
+            Preset::Choice(word) => format!("\"{word}\""),
+        }
+    }
 }
 
 /// What holds when a parameter is not given.

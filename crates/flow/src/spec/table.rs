@@ -6,6 +6,7 @@ use super::parameter::row;
 pub use super::parameter::{Kind, Parameter, Preset};
 use Preset::{Absent, Required};
 use supine_fem::Law;
+use supine_space::Posture;
 
 /// The choice of `export.padding` that some systems need.
 pub(crate) const CLIPPED: &str = "clipped";
@@ -15,7 +16,7 @@ pub(crate) const SAME_FRAME: &str = "source, although the breast has moved in it
 /// The modulus that a tissue may have, kPa: the range of [`supine_fem::Tissue::check`].
 const MODULUS: Kind = Kind::Number { min: 0.001, max: 1e6 };
 /// Beyond these tilts of a table, degrees, a typing error is likelier than a patient.
-const TILT: Kind = Kind::Number { min: -90.0, max: 90.0 };
+const TILT: Kind = Kind::Number { min: -180.0, max: 180.0 };
 /// Radii of spheres within a patient, mm.
 const RADIUS: Kind = Kind::Number { min: 0.1, max: 500.0 };
 /// Beyond these radii of a tumour, mm, a diameter or a typing error is likelier than a breast that
@@ -58,6 +59,13 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Switch(false),
         "interpolate slices at unequal steps, or with one missing, to equal steps (up to 10 mm apart)",
+    ),
+    row(
+        ("position", "position"),
+        Kind::Choice(&Posture::NAMES),
+        "",
+        Preset::Choice(Posture::NAMES[0]),
+        "how the patient lay or sat when the CT was taken, which is held against Patient Position, table and lungs",
     ),
     row(("breast", "breast"), Kind::Choice(&["left", "right"]), "", Required, "the patient's side"),
     row(
@@ -230,6 +238,13 @@ pub static TABLE: &[Parameter] = &[
         "k of the fibres, how fast they stiffen, with fibres",
     ).derived(derived::fibre_stiffening),
     row(
+        ("tissue.fibre_direction", "fibre-direction"),
+        Kind::Point,
+        "",
+        Absent("from the chest wall to the skin"),
+        "which way the fibres run in the CT (LPS), of any length, with fibres",
+    ),
+    row(
         ("tissue.rest", "rest"),
         Kind::Choice(&["net", "unloaded"]),
         "",
@@ -250,6 +265,55 @@ pub static TABLE: &[Parameter] = &[
         Absent("that of a layer as thick as the cut"),
         "stiffness of the springs, with cut = \"spring\"",
     ),
+    row(
+        ("wall.hold", "wall-hold"),
+        Kind::Choice(&["held", "sliding"]),
+        "",
+        Preset::Choice("held"),
+        "whether the tissue is held on the chest wall or slides on it below the breast",
+    ),
+    row(
+        ("wall.shear", "wall-shear"),
+        Kind::Number { min: 0.0, max: 1e6 },
+        "kPa/mm",
+        Absent("0.02"),
+        "shear traction per way that it slid, with hold = \"sliding\"; 0: without friction",
+    ).derived(derived::wall_shear),
+    row(
+        ("wall.radius", "wall-radius"),
+        Kind::Number { min: 1.0, max: 500.0 },
+        "mm",
+        Absent("60"),
+        "radius of the part of the wall on which it slides; over the outer third it is held more and more, with hold = \"sliding\"",
+    ).derived(derived::wall_radius),
+    row(
+        ("wall.centre", "wall-centre"),
+        Kind::Point,
+        "mm",
+        Absent("the point of the wall nearest to the skin that is farthest from the wall"),
+        "middle of that part, with hold = \"sliding\"",
+    ),
+    row(
+        ("skin.young", "skin-young"),
+        MODULUS,
+        "kPa",
+        Absent("skin is tissue"),
+        "Young's modulus of the skin as a membrane on the tissue",
+    ),
+    row(
+        ("skin.thickness", "skin-thickness"),
+        Kind::Number { min: 0.1, max: 10.0 },
+        "mm",
+        Absent("1.5"),
+        "thickness of that membrane, with a modulus of the skin",
+    ).derived(derived::skin_thickness),
+    row(
+        ("skin.stretch", "skin-stretch"),
+        Kind::Number { min: 1.0, max: 2.0 },
+        "",
+        Absent("1"),
+        "how far it is stretched where the tissue is free of stress, with a modulus of the skin; 1: not at all",
+    ).derived(derived::skin_stretch),
     row(
         ("tissue.map", "map"),
         Kind::Choice(&["none", "labels", "hu"]),
@@ -496,94 +560,6 @@ pub(crate) fn position(key: &str) -> Option<usize> {
     TABLE.iter().position(|p| p.key == key)
 }
 
-impl Parameter {
-    /// The table it stands in, if any, and its name there.
-    pub fn path(&self) -> (Option<&'static str>, &'static str) {
-        match self.key.split_once('.') {
-            Some((table, name)) => (Some(table), name),
-            None => (None, self.key),
-        }
-    }
-
-    /// What is expected, in words: range, unit, choices.
-    pub fn expected(&self) -> String {
-        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
-        match self.kind {
-            Kind::Switch => "true or false".into(),
-            Kind::Number { min, max } => format!("a number from {min} to {max}{unit}"),
-            Kind::Whole { min, max } => format!("a whole number from {min} to {max}"),
-            Kind::Choice(choices) => {
-                let quoted: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
-                format!("one of {}", quoted.join(", "))
-            }
-            Kind::Text => "a text".into(),
-            Kind::Point => "three numbers [x, y, z], mm".into(),
-            Kind::Points => "a list of positions [[x, y, z], ...], mm".into(),
-            Kind::Strokes => "a list of { tissue, radius, points }, mm".into(),
-            Kind::Interval { min, max } => {
-                format!("two ascending numbers from {min} to {max}{unit}")
-            }
-            Kind::File => "a file or folder".into(),
-            Kind::Files => "a file or folder, or a list of them".into(),
-            Kind::Names => "a name, or a list of names".into(),
-        }
-    }
-
-    /// What holds when it is not given, in words.
-    pub fn default_text(&self) -> String {
-        match self.default {
-            Required => "required".into(),
-            Preset::RequiredOr(other) => format!("required, or `{other}`"),
-            Absent(what) => what.into(),
-            Preset::Switch(on) => on.to_string(),
-            Preset::Number(x) => x.to_string(),
-            Preset::Whole(n) => n.to_string(),
-            Preset::Choice(word) => format!("\"{word}\""),
-        }
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::collections::BTreeSet;
-
-    #[test]
-    fn keys_and_options_are_unique_and_defaults_fit() {
-        let keys: BTreeSet<_> = TABLE.iter().map(|p| p.key).collect();
-        let options: BTreeSet<_> = TABLE.iter().map(|p| p.option).collect();
-        assert_eq!((keys.len(), options.len()), (TABLE.len(), TABLE.len()));
-        for p in TABLE {
-            let fits = match (p.default, p.kind) {
-                (Required | Preset::RequiredOr(_) | Absent(_), _)
-                | (Preset::Switch(_), Kind::Switch) => true,
-                (Preset::Number(x), Kind::Number { min, max }) => (min..=max).contains(&x),
-                (Preset::Whole(n), Kind::Whole { min, max }) => (min..=max).contains(&n),
-                (Preset::Choice(word), Kind::Choice(all)) => all[0] == word,
-                _ => false,
-            };
-            assert!(fits, "{}", p.key);
-        }
-    }
-
-    #[test]
-    fn the_ranges_of_the_tissue_are_those_of_the_mechanics() {
-        let check = |set: &dyn Fn(&mut supine_fem::Tissue)| {
-            let mut tissue = supine_fem::Tissue::default();
-            set(&mut tissue);
-            tissue.check().is_ok()
-        };
-        for (key, set) in [
-            ("tissue.young", (|t, v| t.young_kpa = v) as fn(&mut supine_fem::Tissue, f64)),
-            ("tissue.poisson", |t, v| t.poisson = v),
-            ("tissue.density", |t, v| t.density_kg_m3 = v),
-        ] {
-            let Kind::Number { min, max } = TABLE[position(key).unwrap()].kind else { panic!() };
-            for (value, good) in
-                [(min, true), (max, true), (min - 1e-3, false), (max * 1.01, false)]
-            {
-                assert_eq!(check(&|t| set(t, value)), good, "{key} = {value}");
-            }
-        }
-    }
-}
+#[path = "table_tests.rs"]
+mod tests;

@@ -77,7 +77,7 @@ fn what_people_type_by_habit_is_explained() {
         ("table = { ap = 7,0, lat = 5,0 }", "decimal point: 7.0, not 7,0"),
         (
             "table = { ap = \"7,0\", lat = 5.0 }",
-            "`table.ap`: \"7,0\" is not a number from -90 to 90 degrees; numbers",
+            "`table.ap`: \"7,0\" is not a number from -180 to 180 degrees; numbers",
         ),
         ("tumour = { centre = [91,4, -248,1, -594,5], radius = 9.0 }", "decimal point"),
         ("ct = \"C:\\data\\ct\"", "single quotation marks"),
@@ -168,7 +168,13 @@ fn each_bad_value_names_its_key() {
         ("tissue = { cut = 'sprung' }", "tissue.cut"),
         ("tissue = { stiffening = 2.0 }", "tissue.stiffening"),
         ("tissue = { fibre_stiffening = 2.0 }", "tissue.fibre_stiffening"),
+        ("tissue = { fibre_direction = [1, 0, 0] }", "tissue.fibre_direction"),
+        ("tissue = { fibres = 1.0, fibre_direction = [0, 0, 0] }", "tissue.fibre_direction"),
         ("tissue = { law = 'gent', stiffening = 0.0 }", "tissue.stiffening"),
+        ("wall = { shear = 0.1 }", "wall.shear"),
+        ("wall = { hold = 'sliding', radius = 0.0 }", "wall.radius"),
+        ("skin = { thickness = 2.0 }", "skin.thickness"),
+        ("skin = { young = 90.0, stretch = 0.9 }", "skin.stretch"),
         ("tissue = { spring = -1.0 }", "tissue.spring"),
         ("tissue = { cut = 'free', spring = 0.1 }", "tissue.spring"),
         ("region = { centre = [0, 0, 0], radius = -1 }", "region.radius"),
@@ -182,7 +188,7 @@ fn each_bad_value_names_its_key() {
     let error = read(&MINIMAL.replace("breast", "brest")).unwrap_err().to_string();
     assert!(error.contains("`breast`"), "{error}");
     let error = read(&MINIMAL.replace("ap = 7.0", "ap = 700.0")).unwrap_err().to_string();
-    assert!(error.contains("`table.ap`") && error.contains("-90 to 90"), "{error}");
+    assert!(error.contains("`table.ap`") && error.contains("-180 to 180"), "{error}");
 }
 
 /// The canonical form makes the same case again, and names every key that a case gives.
@@ -203,6 +209,9 @@ fn the_canonical_form_makes_the_same_case() {
         "export = { frame = 'source, although the breast has moved in it' }",
         "export = { structures = false, pdf = true }",
         "warp = { interpolation = 'linear' }",
+        "position = 'prone'",
+        "wall = { hold = 'sliding' }\nskin = { young = 90.0 }",
+        "wall = { hold = 'sliding', shear = 0.0, radius = 40.0, centre = [1, 2, 3] }\nskin = { young = 9.0, thickness = 2.0, stretch = 1.1 }",
     ] {
         let case = with(line).unwrap();
         let again = Spec::from_canonical(case.canonical(), "").unwrap().case().unwrap();
@@ -252,7 +261,8 @@ fn the_canonical_form_says_every_key_that_applies() {
         "series = '1.2'\nassume_hu = true\nregion = { centre = [1.0, 2.0, 3.0], radius = 50.0 }\ntissues = true",
         "[mesh]\nrefine = 'tumour'\ntumour_edge = 3.0\ntumour_growth = 0.4",
         "[tissue]\nspring = 0.01\nyoung = 0.5\nyoung_interval = [0.4, 0.9]",
-        "[tissue]\nlaw = 'exponential'\nstiffening = 2.0\nfibres = 0.5\nfibre_stiffening = 2.0",
+        "[tissue]\nlaw = 'exponential'\nstiffening = 2.0\nfibres = 0.5\nfibre_stiffening = 2.0\nfibre_direction = [0.0, 1.0, 0.0]",
+        "[wall]\nhold = 'sliding'\ncentre = [1.0, 2.0, 3.0]\n[skin]\nyoung = 90.0",
         "[tissue]\nmap = 'labels'\nfat = 0.5\ngland = 1.0\nskin = 9.0\ntumour = 3.0",
         "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]\n\
          strokes = [{ tissue = 'exclude', radius = 6.0, points = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]] }]",
@@ -286,7 +296,9 @@ fn every_key_reaches_the_case() {
             "tissue = { map = 'labels', fat = 0.3 }"
         }
         Some(("tissue", "stiffening")) => "tissue = { law = 'gent' }",
-        Some(("tissue", "fibre_stiffening")) => "tissue = { fibres = 2.0 }",
+        Some(("tissue", "fibre_stiffening" | "fibre_direction")) => "tissue = { fibres = 2.0 }",
+        Some(("wall", "shear" | "radius" | "centre")) => "wall = { hold = 'sliding' }",
+        Some(("skin", "thickness" | "stretch")) => "skin = { young = 90.0 }",
         Some(("labels", _)) => "labels = { file = 'l.nrrd' }",
         Some(("scans", _)) => "scans = { sitting = 's.ply', intraop = 'i.ply' }",
         _ => "",
@@ -310,6 +322,7 @@ fn every_key_reaches_the_case() {
         };
         let other = match parameter.key {
             "export.clock" => "2026-03-01 14:05:00".into(),
+            "skin.stretch" => 1.5.into(),
             "export.registration" => false.into(),
             // Programs are built with the native mesher alone.
             "mesh.mesher" => continue,

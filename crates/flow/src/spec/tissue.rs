@@ -58,6 +58,10 @@ pub(super) fn law(given: Given<'_>) -> Tissue {
         fibre_stiffening: given
             .number("tissue.fibre_stiffening")
             .unwrap_or(default.fibre_stiffening),
+        fibre_direction: match given.get("tissue.fibre_direction") {
+            Some(Value::Point(along)) => Some(*along),
+            _ => None,
+        },
         stiffening: if law.is_default() { default.stiffening } else { stiffening },
         young_kpa: given.number("tissue.young").unwrap_or(default.young_kpa),
         poisson: given.number("tissue.poisson").unwrap_or(default.poisson),
@@ -76,9 +80,15 @@ pub(super) fn check_stiffening(given: Given<'_>) -> Result<(), CaseError> {
         }
         _ => Ok(()),
     }?;
-    match given.number("tissue.fibre_stiffening") {
-        Some(_) if law(given).fibres <= 0.0 => {
-            Err(value("tissue.fibre_stiffening", "only with fibres above 0"))
+    let fibred = law(given).fibres > 0.0;
+    let keys = ["tissue.fibre_stiffening", "tissue.fibre_direction"];
+    match keys.into_iter().find(|key| !fibred && given.get(key).is_some()) {
+        Some(key) => Err(value(key, "only with fibres above 0")),
+        None => Ok(()),
+    }?;
+    match given.get("tissue.fibre_direction") {
+        Some(Value::Point([0.0, 0.0, 0.0])) => {
+            Err(value("tissue.fibre_direction", "0, 0, 0 is no direction"))
         }
         _ => Ok(()),
     }

@@ -6,13 +6,13 @@ use super::given::{Given, missing};
 use super::read::Values;
 use super::table::{CLIPPED, SAME_FRAME};
 use super::value::Value;
-use super::{canonical, mesh, tissue};
+use super::{boundary, canonical, mesh, tissue};
 use crate::shared::{CarriedFile, CarriedKind, RegionNames, SuppliedLabels};
 use serde_json::{Map, Value as Json};
 use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy};
 use supine_fem::{Load, RestState};
-use supine_space::{Point, Side, Sphere, TablePose};
+use supine_space::{Point, Posture, Side, Sphere, TablePose, Vector};
 use supine_volume::SeedKind;
 use supine_warp::Interpolation;
 
@@ -34,6 +34,7 @@ impl Case {
                 assume_hu: given.switch("assume_hu"),
                 equalise_steps: given.switch("equalise_steps"),
             },
+            position: Posture::named(given.word("position")).unwrap_or_default(),
             breast: given.choice("breast").map(|word| match word {
                 "left" => Side::Left,
                 _ => Side::Right,
@@ -51,6 +52,8 @@ impl Case {
             },
             cut: tissue::cut(given),
             spring_kpa_mm: tissue::spring(given)?,
+            sliding: boundary::sliding(given)?,
+            skin: boundary::skin(given)?,
             scans: tissue::scans(given)?,
             seeds: seeds(given),
             labels: labels(given)?,
@@ -102,12 +105,17 @@ impl Case {
         self.tumour.as_ref().ok_or_else(|| missing("tumour.centre"))
     }
 
-    /// The change of gravity.
+    /// The change of gravity from that of the CT to a direction (LPS, a unit vector).
+    pub(crate) fn load_to(&self, target: Vector) -> Load {
+        Load { ct: self.position.gravity(), target }
+    }
+
+    /// The change of gravity to that on the table.
     ///
     /// # Errors
     /// [`CaseError::Missing`].
     pub(crate) fn load(&self) -> Result<Load, CaseError> {
-        Ok(Load { ct: supine_space::supine(), target: self.table_pose()?.gravity() })
+        Ok(self.load_to(self.table_pose()?.gravity()))
     }
 }
 

@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_told_with_key_value_and_range() {
         let error = Value::typed(parameter("table.ap"), "700").unwrap_err().to_string();
-        assert_eq!(error, "`table.ap`: 700 is not a number from -90 to 90 degrees");
+        assert_eq!(error, "`table.ap`: 700 is not a number from -180 to 180 degrees");
         let error = Value::typed(parameter("mesh.mesher"), "magic").unwrap_err().to_string();
         assert!(error.contains("\"magic\" is not one of \"native\", \"cgal\""), "{error}");
         for (key, bad) in [

@@ -320,4 +320,8 @@ fn a_patient_who_lay_prone_is_refused() {
     write_all(&dir.path().join("ct"), &prone.collect());
     let said = run(&case, dir.path(), &dir.path().join("out")).unwrap_err();
     assert!(said.contains("HFP: the patient lay prone"), "{said}");
+    assert!(said.contains("say position = \"prone\""), "{said}");
+    // Said so it is read, and no longer as of one who lies on her back.
+    let said = run(&format!("position = 'prone'\n{case}"), dir.path(), &dir.path().join("out"));
+    assert!(!said.is_err_and(|said| said.contains("HFP")));
 }

@@ -27,9 +27,9 @@ class Table(TypedDict, total=False):
     """The table `table`."""
 
     ap: float | None
-    """Tilt of the table: positive raises the head (degrees); -90 to 90. Default: required."""
+    """Tilt of the table: positive raises the head (degrees); -180 to 180. Default: required."""
     lat: float | None
-    """Tilt of the table: positive lowers the patient's left side (degrees); -90 to 90. Default: required."""
+    """Tilt of the table: positive lowers the patient's left side (degrees); -180 to 180. Default: required."""
 
 
 class Tumour(TypedDict, total=False):
@@ -106,6 +106,9 @@ class Tissue(TypedDict, total=False):
     tissue; 0: none; 0 to 1000. Default: 0."""
     fibre_stiffening: float | None
     """K of the fibres, how fast they stiffen, with fibres; 0.001 to 100. Default: 1."""
+    fibre_direction: Point | None
+    """Which way the fibres run in the CT (LPS), of any length, with fibres. Default: from the chest wall to the
+    skin."""
     rest: Literal["net", "unloaded"] | None
     """Rest state: net takes the CT shape as free of stress, unloaded finds the shape without gravity first.
     Default: "net"."""
@@ -128,6 +131,34 @@ class Tissue(TypedDict, total=False):
     young_interval: Sequence[float] | Array | None
     """Interval that holds the modulus of this patient with 95 % probability (kPa); 0.001 to 1e+06. Default: that of
     published moduli, 0.23 to 2.43."""
+
+
+class Wall(TypedDict, total=False):
+    """The table `wall`."""
+
+    hold: Literal["held", "sliding"] | None
+    """Whether the tissue is held on the chest wall or slides on it below the breast. Default: "held"."""
+    shear: float | None
+    """Shear traction per way that it slid, with hold = "sliding"; 0: without friction (kPa/mm); 0 to 1e+06.
+    Default: 0.02."""
+    radius: float | None
+    """Radius of the part of the wall on which it slides; over the outer third it is held more and more, with hold =
+    "sliding" (mm); 1 to 500. Default: 60."""
+    centre: Point | None
+    """Middle of that part, with hold = "sliding" (mm). Default: the point of the wall nearest to the skin that is
+    farthest from the wall."""
+
+
+class Skin(TypedDict, total=False):
+    """The table `skin`."""
+
+    young: float | None
+    """Young's modulus of the skin as a membrane on the tissue (kPa); 0.001 to 1e+06. Default: skin is tissue."""
+    thickness: float | None
+    """Thickness of that membrane, with a modulus of the skin (mm); 0.1 to 10. Default: 1.5."""
+    stretch: float | None
+    """How far it is stretched where the tissue is free of stress, with a modulus of the skin; 1: not at all; 1 to
+    2. Default: 1."""
 
 
 class Scans(TypedDict, total=False):
@@ -240,6 +271,9 @@ class Values(Accepted, total=False):
 
     ct: Volume | SimpleITK.Image | nibabel.Nifti1Image | Place | None
     """The CT: DICOM folder or a file of it, .nrrd, .nii.gz or .mha. Default: required."""
+    position: Literal["supine", "prone", "left_side", "right_side", "upright"] | None
+    """How the patient lay or sat when the CT was taken, which is held against Patient Position, table and lungs.
+    Default: "supine"."""
     breast: Literal["left", "right"] | None
     """The patient's side. Default: required."""
     tolerance: float | None
@@ -253,6 +287,8 @@ class Values(Accepted, total=False):
     region: Region | None
     mesh: Mesh | None
     tissue: Tissue | None
+    wall: Wall | None
+    skin: Skin | None
     scans: Scans | None
     seeds: Place | Seeds | None
     labels: Volume | SimpleITK.Image | nibabel.Nifti1Image | npt.NDArray[Any] | Place | Labels | None

@@ -42,6 +42,10 @@ pub(crate) fn example() -> Summary {
                 law: Law::NeoHookean,
                 stiffening: None,
                 fibres: None,
+                fibre_stiffening: None,
+                fibre_direction: None,
+                sliding: None,
+                skin: None,
                 rest: RestState::Net,
                 order: 2,
                 cut: Cut::Free,
@@ -163,6 +167,7 @@ pub(crate) fn example() -> Summary {
         solve: Solve {
             iterations: 6,
             spring_kpa_mm: Some(0.0123),
+            sliding: None,
             reload_error_mm: None,
             indefinite: 0,
             load_steps: 1,

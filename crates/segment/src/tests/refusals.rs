@@ -3,7 +3,7 @@
 use super::phantom::{Thorax, Truth};
 use crate::{Breast, BreastPlace, Error, Info, Params, QualityCheck, RegionCheck, segment};
 use std::sync::Arc;
-use supine_space::{Matrix, Point, Progress, Side, Sphere};
+use supine_space::{Matrix, Point, Posture, Progress, Side, Sphere};
 use supine_volume::{Ct, Field, LabelMap, label};
 
 /// The thorax with the voxels changed by `f`.
@@ -64,8 +64,29 @@ fn prone_and_decubitus_are_refused_and_a_sick_lung_is_not() {
         (|p: &Point| -p.x, "right side"),
     ] {
         let error = run(&lying(on, 0.5)).unwrap_err();
-        assert!(matches!(error, Error::NotSupine { on } if on == name), "{name}: {error}");
+        assert!(
+            matches!(error, Error::LiesOtherwise { on, taken: "back" } if on == name),
+            "{name}: {error}"
+        );
     }
+    // As the case says.
+    let ways: [(Posture, Off); 3] =
+        [(Posture::Prone, |p| -p.y), (Posture::LeftSide, |p| p.x), (Posture::RightSide, |p| -p.x)];
+    for (posture, on) in ways {
+        let params = Params { posture, ..Params::default() };
+        let ct = Arc::new(lying(on, 0.5));
+        let (_, info) = segment(Arc::clone(&ct), &params, Progress::none()).unwrap();
+        assert!(info.warnings.iter().all(|w| w.code() != "lung-density"), "{:?}", info.warnings);
+        let upright = Params { posture: Posture::Upright, ..Params::default() };
+        assert!(segment(ct, &upright, Progress::none()).is_ok());
+    }
+    let prone = Params { posture: Posture::Prone, ..Params::default() };
+    let supine = changed(|p, v| match v {
+        _ if Thorax::default().truth(p) == Truth::Wall && v < -600 => v + (0.5 * p.y) as i16,
+        _ => v,
+    });
+    let error = segment(Arc::new(supine), &prone, Progress::none()).unwrap_err();
+    assert!(matches!(error, Error::LiesOtherwise { on: "back", taken: "front" }), "{error}");
     // Denser in front, but the table is behind her: a warning.
     let thorax = Thorax::default();
     let sick = changed(|p, v| match v {

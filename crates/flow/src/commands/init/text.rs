@@ -6,7 +6,7 @@ use crate::folder::whole;
 use crate::spec::{Parameter, Preset, TABLE, quoted};
 use std::path::Path;
 use supine_dicom::SeriesSummary;
-use supine_space::Side;
+use supine_space::{Posture, Side};
 
 /// What a new case file says.
 #[derive(Debug)]
@@ -14,6 +14,7 @@ pub(super) struct Page<'a> {
     pub(super) given: &'a Init,
     pub(super) series: &'a [SeriesSummary],
     pub(super) chosen: Option<String>,
+    pub(super) posture: Posture,
     pub(super) breast: Option<Side>,
     pub(super) breast_proposed: bool,
     pub(super) tumour: &'a Found,
@@ -43,6 +44,10 @@ impl Page<'_> {
     pub(super) fn text(&self) -> String {
         let mut text = HEAD.to_owned();
         self.ct(&mut text);
+        if self.posture != Posture::Supine {
+            let (what, word) = (help("position"), self.posture.name());
+            text += &format!("\n# {what}; as its Patient Position tells\nposition = \"{word}\"\n");
+        }
         self.breast(&mut text);
         text += &format!(
             "\n# {}\n# {} (AP); {} (LAT)\n# FILL IN: table = {{ ap = 7.0, lat = 5.0 }}\n",
@@ -53,7 +58,9 @@ impl Page<'_> {
         self.tumour(&mut text);
         text +=
             "\n# ---- What follows has a default, which holds until its `# ` is taken away ----\n";
-        let rest = TABLE.iter().filter(|p| !FIRST.contains(&p.key) && p.key != "tumour.file");
+        let told = |key: &str| key == "position" && self.posture != Posture::Supine;
+        let first = |key: &str| FIRST.contains(&key) || key == "tumour.file" || told(key);
+        let rest = TABLE.iter().filter(|p| !first(p.key));
         rest.for_each(|parameter| text += &optional(parameter));
         text
     }

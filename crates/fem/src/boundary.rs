@@ -1,0 +1,50 @@
+//! The boundary of a body, face by face.
+
+use std::collections::BTreeSet;
+use supine_mesh::{BoundaryTag, TET_EDGES, TET_FACES, TetMesh};
+
+/// A face of the boundary.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Face {
+    /// Its tetrahedron.
+    pub(crate) element: usize,
+    /// Its corners among those of the tetrahedron.
+    pub(crate) own: [usize; 3],
+    /// The same as points of the mesh.
+    pub(crate) points: [u32; 3],
+    /// Area of the flat triangle, mm².
+    pub(crate) area_mm2: f64,
+}
+
+impl Face {
+    /// Its nodes among those of an element with `N`: corners, then mid-sides.
+    pub(crate) fn nodes<const N: usize>(&self) -> Vec<usize> {
+        let on = |a: &usize| match a.checked_sub(4) {
+            None => self.own.contains(a),
+            Some(side) => TET_EDGES[side].iter().all(|corner| self.own.contains(corner)),
+        };
+        (0..N).filter(on).collect()
+    }
+}
+
+/// The faces of a part of the boundary, in the order of their tetrahedra.
+pub(crate) fn faces_on(mesh: &TetMesh, tag: BoundaryTag) -> Vec<Face> {
+    let sorted = |mut points: [u32; 3]| {
+        points.sort_unstable();
+        points
+    };
+    let part = mesh.boundary().iter().filter(|face| face.tag == tag);
+    let part: BTreeSet<[u32; 3]> = part.map(|face| sorted(face.points)).collect();
+    let mut found = Vec::with_capacity(part.len());
+    for (element, tet) in mesh.tets().iter().enumerate() {
+        for own in TET_FACES {
+            let points = own.map(|corner| tet[corner]);
+            if part.contains(&sorted(points)) {
+                let [a, b, c] = points.map(|p| mesh.points()[p as usize]);
+                let area_mm2 = (b - a).cross(&(c - a)).norm() / 2.0;
+                found.push(Face { element, own, points, area_mm2 });
+            }
+        }
+    }
+    found
+}
