@@ -54,6 +54,7 @@ mod resampling;
 mod rows;
 mod rules;
 mod slices;
+mod slid;
 mod surface;
 mod sweep;
 mod undeformed;

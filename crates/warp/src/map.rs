@@ -17,6 +17,8 @@ pub(crate) struct Map {
     pub(crate) tets: Vec<[u32; 4]>,
     /// Tetrahedra from here on belong to the collar.
     pub(crate) collar_from: usize,
+    /// Those whose voxels stay as they are where no tissue comes; none where that is nowhere.
+    pub(crate) stays: Option<Vec<bool>>,
 }
 
 impl Map {
@@ -31,6 +33,10 @@ impl Map {
             deformed: Vec::with_capacity(pieces.rest.len() + collar.rest.len()),
             tets,
             collar_from: pieces.tets.len(),
+            stays: pieces.stays.as_ref().map(|stays| {
+                let of_pieces = pieces.parents.iter().map(|parent| stays[parent.tet as usize]);
+                of_pieces.chain(collar.tets.iter().map(|_| false)).collect()
+            }),
         };
         map.deform(made, pieces, collar);
         map

@@ -1,11 +1,13 @@
 //! Where the value of each voxel of any grid comes from: what label maps and doses are carried by.
 
+use crate::slid::on_slid_wall;
 use crate::{Error, Fields, Params, fade, fields};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_mesh::{
-    Deformation, Displacement, DisplacementError, Embedding, Motion, Place, Surround, TetMesh,
+    Deformation, Displacement, DisplacementError, Embedding, Locator, Motion, Place, Surround,
+    TetMesh,
 };
 use supine_space::{Grid, Point, Progress, Stopped, Vector};
 use supine_volume::{Volume, distance_mm};
@@ -80,7 +82,23 @@ impl Origins {
         };
         let fields = fields(&part, deformation, params, progress.part(0.0, 0.5))?;
         let [back, forward] = [fields.deformed_to_ct(), fields.ct_to_deformed()];
-        let left = |n: usize| length(forward.data()[n]) > STILL_MM;
+        let moves = |n: usize| length(forward.data()[n]) > STILL_MM;
+        // What the tissue leaves beside a wall along which it slid stays as it is.
+        let slid = on_slid_wall(mesh, u).map(|on| (on, Locator::new(mesh.clone())));
+        let stays = |n: usize| {
+            let Some((on, locator)) = &slid else { return false };
+            locator.locate(&part.centre(part.voxel(n))).is_some_and(|place| on[place.tet])
+        };
+        let empty = |n: usize| back.data()[n] == [0.0, 0.0, 0.0];
+        let kept: Vec<bool> = match &slid {
+            None => Vec::new(),
+            Some(_) => {
+                let all = (0..part.len()).into_par_iter();
+                all.map(|n| empty(n) && moves(n) && stays(n)).collect()
+            }
+        };
+        let is_kept = |n: usize| kept.get(n).copied().unwrap_or_default();
+        let left = |n: usize| moves(n) && !is_kept(n);
         let inside = |n: usize| match back.data()[n] {
             [0.0, 0.0, 0.0] if left(n) => Origin::Vacated,
             [0.0, 0.0, 0.0] => Origin::Here,
@@ -102,7 +120,7 @@ impl Origins {
             origins.par_chunks_mut(row).enumerate().try_for_each(|(at, origins)| {
                 for (i, origin) in origins.iter_mut().enumerate() {
                     let n = at * row + i;
-                    let free = !matches!(origin, Origin::Tissue(_));
+                    let free = !matches!(origin, Origin::Tissue(_)) && !is_kept(n);
                     if free && (before.data()[n] || after.data()[n]) {
                         let left = matches!(origin, Origin::Vacated);
                         *origin = layer.origin(part.centre(part.voxel(n)), left);

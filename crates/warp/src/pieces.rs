@@ -1,6 +1,7 @@
 //! The map as straight pieces: the mesh itself, or a conforming subdivision of it that
 //! follows a quadratic displacement to a tolerance.
 
+use crate::slid::on_slid_wall;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TET_EDGES, TetMesh};
@@ -28,6 +29,8 @@ pub(crate) struct Pieces {
     pub(crate) parents: Vec<Parent>,
     /// Skin faces, outwards.
     pub(crate) skin: Vec<[u32; 3]>,
+    /// Whether what a tetrahedron of the mesh leaves stays as it is: see [`crate::slid`].
+    pub(crate) stays: Option<Vec<bool>>,
     /// The tolerance that was kept (mm), when the one asked for would have taken too many pieces.
     pub(crate) missed_mm: Option<f64>,
 }
@@ -79,6 +82,7 @@ impl Pieces {
                 .map(|tet| Parent { tet: tet as u32, corners: WHOLE })
                 .collect(),
             skin: skin.map(|f| f.points).collect(),
+            stays: on_slid_wall(mesh, displacement),
             missed_mm: None,
         }
     }

@@ -52,7 +52,10 @@ impl Resampling {
         let raster = Raster::new(&map.before, &map.tets, size);
         let before = (0..size[2].div_ceil(SLAB)).into_par_iter().map(|slab| {
             let mut coverage = Coverage::new(raster.window(slab));
-            raster.scan(slab, &mut |_, spans: &[Span]| {
+            raster.scan(slab, &mut |tet: usize, spans: &[Span]| {
+                if map.stays.as_ref().is_some_and(|stays| stays[tet]) {
+                    return;
+                }
                 for span in spans {
                     coverage.mark(span);
                 }

@@ -111,6 +111,7 @@ fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
             before: archive.vectors(&format!("{name}/rest_idx")),
             deformed: archive.vectors(&format!("{name}/def_idx")),
             collar_from: tets.len(),
+            stays: None,
             tets,
         };
         let want = Reference {

@@ -3,7 +3,8 @@
 use super::fixture::{lattice, moved, patterned_ct, still};
 use crate::pieces::{Curve, Pieces};
 use crate::{
-    Error, Faded, Frames, Interpolation, Params, carry_points, fade, fields, warp, warp_onto,
+    Error, Faded, Frames, Interpolation, Origin, Origins, Params, carry_points, fade, fields, warp,
+    warp_onto,
 };
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -69,7 +70,7 @@ fn without_displacement_every_byte_stays() {
 
 #[test]
 fn a_shift_by_whole_voxels_shifts_the_values() {
-    let (mesh, ct) = (block(), ct());
+    let (mesh, ct) = (lattice([6, 4, 5], 4.0, Point::origin(), |_| BoundaryTag::Skin), ct());
     let shift = moved(&mesh, Order::Linear, |_| Vector::new(3.0, -2.5, 1.5));
     let params = Params { collar_mm: 0.0, ..no_fade() };
     let (out, info) = warp(&ct, &shift, &params, Progress::none()).unwrap();
@@ -440,6 +441,37 @@ proptest! {
             if (0..3).any(|a| p[a] < 0.0 || p[a] >= [12.0, 8.0, 8.0][a]) {
                 prop_assert_eq!(out.data()[n], ct.data()[n]);
             }
+        }
+    }
+}
+
+/// Tissue that leaves a bump of the wall along which it slid leaves no air there; at the skin it
+/// does.
+#[test]
+fn no_air_gets_between_a_wall_and_what_slid_along_it() {
+    for wall in [BoundaryTag::ChestWall, BoundaryTag::Skin] {
+        let tag = |p: Point| if p.y > 15.9 { wall } else { BoundaryTag::Skin };
+        let mesh = lattice([6, 4, 5], 4.0, Point::origin(), tag);
+        let (grid, ct) = (grid(Matrix::identity()), ct());
+        let slid = moved(&mesh, Order::Linear, |_| Vector::new(0.0, -2.6, 0.0));
+        let params = Params { interpolation: Interpolation::Linear, ..Params::default() };
+        let (out, _) = warp(&ct, &slid, &params, Progress::none()).unwrap();
+        let origins = Origins::new(&grid, &slid, &params, 1.0, Progress::none()).unwrap();
+        let (mut kept, mut air) = (0, 0);
+        for n in 0..grid.len() {
+            let (voxel, p) = (grid.voxel(n), grid.centre(grid.voxel(n)));
+            // Apart from the skin by a tetrahedron.
+            let within = (4.1..19.9).contains(&p.x) && (4.1..15.9).contains(&p.z);
+            if within && (13.6..15.9).contains(&p.y) {
+                kept +=
+                    usize::from(out.data()[n] == ct.data()[n] && origins.at(voxel) == Origin::Here);
+                air += usize::from(out.data()[n] == params.air_hu);
+            }
+        }
+        assert!(kept + air > 100);
+        match wall {
+            BoundaryTag::ChestWall => assert_eq!(air, 0, "{kept}"),
+            _ => assert_eq!(kept, 0, "{air}"),
         }
     }
 }
