@@ -1,7 +1,7 @@
 use super::*;
 use crate::rigid::SphereOnShaft;
 use crate::test_mesh::block;
-use crate::{Law, RestState, Tissue};
+use crate::{Law, Membrane, RestState, SlidingArea, Tissue};
 use nalgebra::UnitQuaternion;
 use supine_space::{sitting, supine};
 
@@ -21,18 +21,18 @@ pub(super) fn attach_with(
     rest: RestState,
     applicator: (&dyn RigidBody, Contact),
 ) -> Result<Applicator, Error> {
-    attach_in(Tissue { young_kpa: 3.0, ..Tissue::default() }, order, rest, applicator)
+    let params = Params { order, rest, ..Params::default() };
+    attach_in(Tissue { young_kpa: 3.0, ..Tissue::default() }, params, applicator)
 }
 
 fn attach_in(
     tissue: Tissue,
-    order: Order,
-    rest: RestState,
+    params: Params,
     applicator: (&dyn RigidBody, Contact),
 ) -> Result<Applicator, Error> {
     let mesh = block([4; 3], SIDE_MM / 4.0, 0.1);
     let load = Load { ct: supine(), target: sitting() };
-    let params = Params { order, rest, tolerance: TOLERANCE, ..Params::default() };
+    let params = Params { tolerance: TOLERANCE, ..params };
     let body = Body::new(mesh.clone(), tissue);
     Ok(Applicator::attach(
         &body,
@@ -70,16 +70,26 @@ pub(super) fn potential(applicator: &Applicator) -> f64 {
 #[test]
 fn the_reaction_is_the_slope_of_the_potential() {
     let plain = Tissue { young_kpa: 3.0, ..Tissue::default() };
-    let tissues = [
-        plain,
-        Tissue { law: Law::Exponential, stiffening: 0.5, ..plain },
-        Tissue { law: Law::Gent, stiffening: 0.05, ..plain },
-        Tissue { fibres: 2.0, ..plain },
+    let bare = Params::default();
+    let area = SlidingArea {
+        centre: Some(Point::new(30.0, 30.0, 0.0)),
+        radius_mm: 28.0,
+        rim_mm: 10.0,
+        stiffness_kpa_mm: 0.02,
+    };
+    let skin = Membrane { thickness_mm: 1.5, young_kpa: 20.0, stretch: 1.02 };
+    let bodies = [
+        (plain, bare),
+        (Tissue { law: Law::Exponential, stiffening: 0.5, ..plain }, bare),
+        (Tissue { law: Law::Gent, stiffening: 0.05, ..plain }, bare),
+        (Tissue { fibres: 2.0, ..plain }, bare),
+        (plain, Params { sliding: Some(area), skin: Some(skin), ..bare }),
     ];
     let orders = [Order::Linear, Order::Quadratic];
-    for (order, tissue) in orders.into_iter().flat_map(|order| tissues.map(|t| (order, t))) {
+    for (order, (tissue, params)) in orders.into_iter().flat_map(|order| bodies.map(|b| (order, b)))
+    {
         let held: (&dyn RigidBody, Contact) = (&sphere(), Contact::Tied);
-        let mut applicator = attach_in(tissue, order, RestState::Net, held).unwrap();
+        let mut applicator = attach_in(tissue, Params { order, ..params }, held).unwrap();
         let (shift, turn) = ([3.0, -2.0, 4.0], [0.1, 0.2, -0.1]);
         applicator.settle(&pose(shift, turn), TOLERANCE, Progress::none()).unwrap();
         let reaction = applicator.reaction();

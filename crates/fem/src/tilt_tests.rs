@@ -1,6 +1,6 @@
 use super::*;
-use crate::test_mesh::{block, tagged};
-use crate::{Cut, RestState, Tissue, solve};
+use crate::test_mesh::{bent, block, tagged};
+use crate::{Cut, Membrane, RestState, SlidingArea, Tissue, solve};
 use supine_mesh::{BoundaryTag, Displacement};
 use supine_space::{Point, TablePose, supine};
 
@@ -78,6 +78,29 @@ fn equal_to_cold(rest: RestState) {
                 let off = off(&tilt, &body, &params);
                 assert!(off < CLOSE_MM, "{order:?} {cut:?} {at:?}: {off} mm, {step:?}");
             }
+        }
+    }
+}
+
+/// The wall is bent, so that a straight way off it has to be mended.
+#[test]
+fn tissue_that_slides_and_has_a_skin_turns_too() {
+    let body = body(soft_kpa(RestState::Unloaded));
+    let body = Body { mesh: bent(&body.mesh, 0.005), ..body };
+    let area = SlidingArea {
+        centre: Some(Point::new(22.5, 22.5, 0.0)),
+        radius_mm: 30.0,
+        rim_mm: 10.0,
+        stiffness_kpa_mm: 0.02,
+    };
+    let skin = Membrane { thickness_mm: 1.5, young_kpa: 5.0, stretch: 1.05 };
+    for rest in [RestState::Net, RestState::Unloaded] {
+        let params = Params { rest, sliding: Some(area), skin: Some(skin), ..Params::default() };
+        let mut tilt = new(&body, &params);
+        for pose in PATH {
+            let step = tilt.turn(&gravity(pose)).unwrap();
+            let off = off(&tilt, &body, &params);
+            assert!(off < CLOSE_MM, "{rest:?} {pose:?}: {off} mm after {step:?}");
         }
     }
 }
