@@ -48,3 +48,10 @@ pub(crate) fn faces_on(mesh: &TetMesh, tag: BoundaryTag) -> Vec<Face> {
     }
     found
 }
+
+/// The numbers that elements have when only those of `keep` are left.
+pub(crate) fn renumbered(keep: &[bool]) -> Vec<usize> {
+    let mut number = vec![0; keep.len()];
+    (1..keep.len()).for_each(|e| number[e] = number[e - 1] + usize::from(keep[e - 1]));
+    number
+}

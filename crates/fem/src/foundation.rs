@@ -11,7 +11,7 @@
 //! weight is left out.
 
 use crate::body::Body;
-use crate::boundary::{Face, faces_on};
+use crate::boundary::{Face, faces_on, renumbered};
 use crate::element::shape;
 use crate::material::Material;
 use crate::pattern::{Block, Pattern, pairs};
@@ -71,8 +71,7 @@ impl<const N: usize> Foundation<N> {
 
     /// The springs at those elements that are to be kept, which then are renumbered.
     pub(crate) fn only(&self, keep: &[bool]) -> Self {
-        let mut number = vec![0; keep.len()];
-        (1..keep.len()).for_each(|e| number[e] = number[e - 1] + usize::from(keep[e - 1]));
+        let number = renumbered(keep);
         let faces = self.faces.iter().filter(|face| keep[face.element]);
         let faces = faces.map(|face| SpringFace { element: number[face.element], ..face.clone() });
         Self { faces: faces.collect(), ..*self }

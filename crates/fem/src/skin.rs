@@ -14,7 +14,7 @@
 //! Skin that is stretched in advance pulls at the tissue without any load. Where the CT shape is
 //! taken for free of stress these pulls are taken off: they are among what keeps it in balance.
 
-use crate::boundary::{Face, faces_on};
+use crate::boundary::{Face, faces_on, renumbered};
 use crate::element::parent_slopes;
 use crate::foundation::TRIANGLE_RULE;
 use crate::params::Membrane;
@@ -113,8 +113,7 @@ impl<const N: usize> Skin<N> {
 
     /// The same at those elements that are to be kept, which then are renumbered.
     pub(crate) fn only(&self, keep: &[bool]) -> Self {
-        let mut number = vec![0; keep.len()];
-        (1..keep.len()).for_each(|e| number[e] = number[e - 1] + usize::from(keep[e - 1]));
+        let number = renumbered(keep);
         let both = self.faces.iter().zip(self.rest.iter()).filter(|(face, _)| keep[face.element]);
         let (faces, rest): (Vec<_>, Vec<_>) = both
             .map(|(face, rest)| (Face { element: number[face.element], ..*face }, *rest))

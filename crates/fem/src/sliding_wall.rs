@@ -10,7 +10,7 @@
 //!
 //! n and K being normal and curvature of the wall at the node (`wall_shape`) and A its share of the
 //! area. The way is the straight one, the area that of the CT. c holds the levels; the pressure of
-//! the breast's weight, below 1 kPa, moves a node by less than 0.001 mm from its own.
+//! the breast's weight, below 1 kPa, moves a node by less than 0.002 mm from its own.
 //!
 //! Towards the rim of the area k grows without a bound, and beyond it the tissue is held.
 
