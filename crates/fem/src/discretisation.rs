@@ -3,9 +3,9 @@
 use crate::curved::Straightening;
 use crate::element::{Elements, element_nodes};
 use crate::fibre_directions::wall_to_skin;
-use crate::params::SlidingArea;
 use crate::pattern::{Pattern, Storage};
-use crate::sliding_wall::placed;
+use crate::skin::Skin;
+use crate::sliding_wall::{SlidingWall, placed};
 use crate::{Error, Job, support};
 use std::sync::{Arc, OnceLock};
 use supine_space::Vector;
@@ -14,8 +14,9 @@ use supine_space::Vector;
 pub(crate) struct Discretisation<const N: usize, const Q: usize> {
     /// Positions of its nodes, mm.
     pub(crate) positions: Vec<Vector>,
-    /// Where the tissue slides on the chest wall, if it does.
-    pub(crate) sliding: Option<SlidingArea>,
+    /// The chest wall on which the tissue slides, if it does, and the skin, if it is a membrane.
+    pub(crate) wall: Option<SlidingWall<N>>,
+    pub(crate) skin: Option<Skin<N>>,
     /// Which of them are held.
     pub(crate) held: Vec<bool>,
     /// The elements there.
@@ -47,6 +48,11 @@ impl<const N: usize, const Q: usize> Discretisation<N, Q> {
         support::check_support(&job.body.mesh, &held)?;
         let elements = Elements::new(&positions, element_nodes(&job.body.mesh, job.edges))
             .map_err(Error::flat)?;
+        let (mesh, nodes) = (&job.body.mesh, &elements.nodes);
+        let slides = |area| SlidingWall::new(mesh, nodes, &positions, &held, area);
+        let wall = sliding.as_ref().map(slides);
+        let skin = job.params.skin.as_ref();
+        let skin = skin.map(|membrane| Skin::new(mesh, nodes, &positions, membrane));
         let lower = Arc::new(Pattern::new(&elements.nodes, &held, Storage::Lower));
         let straight = job.straightening::<N>(&positions);
         let elements = Arc::new(elements);
@@ -57,7 +63,8 @@ impl<const N: usize, const Q: usize> Discretisation<N, Q> {
         });
         Ok(Self {
             positions,
-            sliding,
+            wall,
+            skin,
             held,
             elements,
             fibres,

@@ -8,8 +8,6 @@ use crate::model::Model;
 use crate::newton::{Effort, KnownEquilibrium, Newton, norm};
 use crate::outcome::{Equilibrium, SolveError};
 use crate::pattern::Pattern;
-use crate::skin::Skin;
-use crate::sliding_wall::SlidingWall;
 use crate::surfaces::Surfaces;
 use crate::tangent::Tangent;
 use crate::warm_start::{Rest, SolutionHistory, State, WarmStart};
@@ -407,15 +405,12 @@ impl Job<'_> {
         discretisation: &Discretisation<N, Q>,
         materials: &[Material],
     ) -> Surfaces<N> {
-        let (mesh, nodes) = (&self.body.mesh, &discretisation.elements.nodes);
-        let Discretisation { positions, held, .. } = discretisation;
         let springs = self.params.cut == Cut::Spring;
-        let cut = || Foundation::new(mesh, materials, self.params.spring_kpa_mm);
-        let slides = |sliding| SlidingWall::new(mesh, nodes, positions, held, sliding);
+        let cut = || Foundation::new(&self.body.mesh, materials, self.params.spring_kpa_mm);
         Surfaces {
             cut: springs.then(cut).map(Arc::new),
-            wall: discretisation.sliding.as_ref().map(slides),
-            skin: self.params.skin.as_ref().map(|skin| Skin::new(mesh, nodes, positions, skin)),
+            wall: discretisation.wall.clone(),
+            skin: discretisation.skin.clone(),
         }
     }
 

@@ -111,7 +111,8 @@ impl<const N: usize> Skin<N> {
         Self { borne: Some(forces.into()), ..self }
     }
 
-    /// The same at those elements that are to be kept, which then are renumbered.
+    /// The same at those elements that are to be kept, which then are renumbered. What was taken
+    /// off stays so: beside skin that is cut away, the rest draws back.
     pub(crate) fn only(&self, keep: &[bool]) -> Self {
         let number = renumbered(keep);
         let both = self.faces.iter().zip(self.rest.iter()).filter(|(face, _)| keep[face.element]);
