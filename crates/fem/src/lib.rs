@@ -99,6 +99,7 @@ mod sphere_tests;
 mod support;
 mod surfaces;
 mod tangent;
+mod tension_field;
 #[cfg(test)]
 mod test_mesh;
 mod tilt;

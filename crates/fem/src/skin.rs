@@ -3,13 +3,9 @@
 //! Skin is thin and stiff against the tissue below: it resists being stretched, not being bent. It
 //! is an incompressible neo-Hookean membrane of thickness h and small-strain modulus E, which is
 //! stretched by λ in every direction in its plane where the tissue is free of stress. With ξ the
-//! parent coordinates of a face, G and g its metrics ∂X/∂ξ · ∂X/∂ξ and ∂x/∂ξ · ∂x/∂ξ in the
-//! stress-free and the present shape, the energy is
-//!
-//! ∫ h μ/2 [λ² tr(G⁻¹ g) + det G / (λ⁴ det g) − 3] dA(X), μ = E/3:
-//!
-//! W = μ/2 (λ₁² + λ₂² + (λ₁ λ₂)⁻² − 3), plane stress. Source: Green and Adkins, Large Elastic
-//! Deformations, 1960, ch. 4. Its weight is that of the tissue in its place.
+//! parent coordinates of a face and F the map from its tangents ∂X/∂ξ, free of stress, to the
+//! present ones ∂x/∂ξ, the energy per area dA(X) is h μ W, μ = E/3, of the eigenvalues of C = λ² Fᵀ
+//! F in the plane of the face (`tension_field.rs`). Its weight is that of the tissue in its place.
 //!
 //! Skin that is stretched in advance pulls at the tissue without any load. Where the CT shape is
 //! taken for free of stress these pulls are taken off: they are among what keeps it in balance.
@@ -19,6 +15,8 @@ use crate::element::parent_slopes;
 use crate::foundation::TRIANGLE_RULE;
 use crate::params::Membrane;
 use crate::pattern::{Block, Pattern, block, pairs};
+use crate::tension_field::TensionField;
+use nalgebra::{Matrix2, Matrix3x2, Vector2};
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::{Matrix, Vector};
@@ -66,9 +64,9 @@ impl Frame {
         self.dual[0] * s + self.dual[1] * t
     }
 
-    /// The map that takes the tangents of `from` to these.
-    fn map_from(&self, from: &Self) -> Matrix {
-        self.tangents[0] * from.dual[0].transpose() + self.tangents[1] * from.dual[1].transpose()
+    /// The map that takes these tangents to `others`.
+    fn map_to(&self, others: &Tangents) -> Matrix {
+        others[0] * self.dual[0].transpose() + others[1] * self.dual[1].transpose()
     }
 }
 
@@ -76,18 +74,96 @@ impl Frame {
 struct Place<'a, const N: usize> {
     slopes: &'a Slopes<N>,
     rest: Frame,
-    now: Frame,
+    /// F, ∂x/∂X along the face.
+    map: Matrix,
+    /// λ² of what the skin is stretched in advance.
+    squared: f64,
+    /// The eigenvectors of C, unit vectors in the face free of stress, in columns.
+    principal: Matrix3x2<f64>,
+    law: TensionField,
     /// h μ dA, mN mm.
     weight: f64,
-    /// det G / (λ⁴ det g).
-    thinned: f64,
 }
 
-impl<const N: usize> Place<'_, N> {
-    /// M_a in the stress-free and n_a in the present shape: the surface gradients of N_a.
-    fn gradients(&self, a: usize) -> [Vector; 2] {
-        [self.rest.gradient(self.slopes[a]), self.now.gradient(self.slopes[a])]
+impl<'a, const N: usize> Place<'a, N> {
+    fn new(
+        slopes: &'a Slopes<N>,
+        rest: Tangents,
+        now: Tangents,
+        [tension, stretch]: [f64; 2],
+        share: f64,
+    ) -> Self {
+        let rest = Frame::new(rest);
+        let (map, squared) = (rest.map_to(&now), stretch * stretch);
+        let (principal, [a1, a2]) = principal(&rest, &map);
+        let law = TensionField::new(squared * a1, squared * a2);
+        let weight = tension * share * 0.5 * rest.det.sqrt();
+        Self { slopes, rest, map, squared, principal, law, weight }
     }
+
+    /// M_a, the surface gradient of N_a free of stress.
+    fn gradient(&self, a: usize) -> Vector {
+        self.rest.gradient(self.slopes[a])
+    }
+
+    /// S v, S = λ² Σ sᵢ Nᵢ Nᵢᵀ the stress over h μ.
+    fn stress_on(&self, v: &Vector) -> Vector {
+        let [along, across] = self.law.pulls;
+        let own = self.principal.tr_mul(v);
+        self.principal * Vector2::new(along * own.x, across * own.y) * self.squared
+    }
+
+    /// The force on node a over the weight: F S M_a.
+    fn force(&self, a: usize) -> Vector {
+        self.map * self.stress_on(&self.gradient(a))
+    }
+
+    /// A_ab, which gives the change of S M_a as A_ab v where C changes by λ² (M_b vᵀ + v M_bᵀ).
+    fn moduli(&self, a: usize, b: usize) -> Matrix {
+        let ([d11, d12, d22], g) = (self.law.slopes, self.law.shear);
+        let [m, n] = [a, b].map(|node| self.principal.tr_mul(&self.gradient(node)));
+        let own = Matrix2::new(
+            2.0 * d11 * m.x * n.x + g * m.y * n.y,
+            2.0 * d12 * m.x * n.y + g * m.y * n.x,
+            2.0 * d12 * m.y * n.x + g * m.x * n.y,
+            2.0 * d22 * m.y * n.y + g * m.x * n.x,
+        );
+        self.principal * (own * (self.squared * self.squared)) * self.principal.transpose()
+    }
+
+    /// ∂f_a/∂x_b, mN/mm: (M_a · S M_b) I + F A_ab Fᵀ, times the weight.
+    fn change(&self, a: usize, b: usize) -> Matrix {
+        let geometric = self.gradient(a).dot(&self.stress_on(&self.gradient(b)));
+        let material = self.map * self.moduli(a, b) * self.map.transpose();
+        (Matrix::identity() * geometric + material) * self.weight
+    }
+
+    /// ∂f_a/∂X_b at fixed x, mN/mm, with f_a the force over the weight, times the weight:
+    ///
+    /// f_a M_bᵀ − (M_a · S M_b) F − F S M_b M_aᵀ − F A_ab Fᵀ F:
+    ///
+    /// the area grows, F and M_a shrink, and so does C.
+    fn rest_change(&self, a: usize, b: usize) -> Matrix {
+        let (m_a, m_b) = (self.gradient(a), self.gradient(b));
+        let stress_b = self.stress_on(&m_b);
+        let grown = self.force(a) * m_b.transpose() - self.force(b) * m_a.transpose();
+        let turned = self.map * m_a.dot(&stress_b);
+        let stretched = self.map * self.moduli(a, b) * (self.map.transpose() * self.map);
+        (grown - turned - stretched) * self.weight
+    }
+}
+
+/// The eigenvectors of Fᵀ F in the plane of the face and its eigenvalues, the larger first.
+fn principal(rest: &Frame, map: &Matrix) -> (Matrix3x2<f64>, [f64; 2]) {
+    let first = rest.tangents[0].normalize();
+    let second = rest.dual[1].normalize();
+    let [x, y] = [map * first, map * second];
+    let (xx, xy, yy) = (x.norm_squared(), x.dot(&y), y.norm_squared());
+    let (sin, cos) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
+    let directions = [first * cos + second * sin, second * cos - first * sin];
+    // The difference by itself: that of the eigenvalues loses nothing to rounding.
+    let (middle, half) = (0.5 * (xx + yy), 0.5 * (xx - yy).hypot(2.0 * xy));
+    (Matrix3x2::from_columns(&directions), [middle + half, middle - half])
 }
 
 impl<const N: usize> Skin<N> {
@@ -128,16 +204,13 @@ impl<const N: usize> Skin<N> {
         Self { rest, borne: None, ..self.clone() }
     }
 
-    /// Energy, mN mm; adds the nodal forces f_a = Σ_q w S^{αβ} ∂_α N_a ∂_β x, mN, with S = λ² G⁻¹ −
-    /// r g⁻¹, r = det G / (λ⁴ det g).
+    /// Energy, mN mm; adds the nodal forces, mN.
     pub(crate) fn evaluate(&self, nodes: &[[u32; N]], u: &[Vector], forces: &mut [Vector]) -> f64 {
         let mut energy = 0.0;
         self.each(nodes, u, |face, own, place| {
-            let strain = place.now.map_from(&place.rest).norm_squared();
-            let squared = self.stretch * self.stretch;
-            energy += 0.5 * place.weight * (squared * strain + place.thinned - 3.0);
+            energy += place.weight * place.law.energy;
             for &a in own {
-                forces[nodes[face.element][a] as usize] += self.force(place, a);
+                forces[nodes[face.element][a] as usize] += place.force(a) * place.weight;
             }
         });
         if let Some(borne) = &self.borne {
@@ -147,9 +220,7 @@ impl<const N: usize> Skin<N> {
         energy
     }
 
-    /// Adds ∂f/∂x, mN/mm:
-    ///
-    /// w {S_ab I + r [(n_a · n_b) T + n_b n_aᵀ + 2 n_a n_bᵀ]}, T the projection to the face.
+    /// Adds ∂f/∂x, mN/mm.
     pub(crate) fn add_stiffness(
         &self,
         nodes: &[[u32; N]],
@@ -157,13 +228,10 @@ impl<const N: usize> Skin<N> {
         pattern: &Pattern,
         blocks: &mut [Block],
     ) {
-        self.add(nodes, u, pattern, blocks, |place, a, b| self.change(place, a, b));
+        self.add(nodes, u, pattern, blocks, |place, a, b| place.change(a, b));
     }
 
-    /// Adds ∂f/∂X at fixed x, mN/mm:
-    ///
-    /// w {s_a M_bᵀ − λ² [(M_a · M_b) F + F M_b M_aᵀ] − 2 r n_a M_bᵀ}, s_a the force over w and F =
-    /// ∂x/∂X along the face.
+    /// Adds ∂f/∂X at fixed x, mN/mm.
     pub(crate) fn add_rest_stiffness(
         &self,
         nodes: &[[u32; N]],
@@ -171,15 +239,7 @@ impl<const N: usize> Skin<N> {
         pattern: &Pattern,
         blocks: &mut [Block],
     ) {
-        let squared = self.stretch * self.stretch;
-        self.add(nodes, u, pattern, blocks, |place, a, b| {
-            let ([m_a, n_a], [m_b, _]) = (place.gradients(a), place.gradients(b));
-            let map = place.now.map_from(&place.rest);
-            let turned = map * m_a.dot(&m_b) + map * m_b * m_a.transpose();
-            let thinned = n_a * (2.0 * place.thinned);
-            self.force(place, a) * m_b.transpose()
-                - (turned * squared + thinned * m_b.transpose()) * place.weight
-        });
+        self.add(nodes, u, pattern, blocks, |place, a, b| place.rest_change(a, b));
     }
 
     /// Adds the change of the nodal forces with `v`, mN.
@@ -194,29 +254,10 @@ impl<const N: usize> Skin<N> {
             let element = nodes[face.element];
             for &a in own {
                 for &b in own {
-                    forces[element[a] as usize] +=
-                        self.change(place, a, b) * v[element[b] as usize];
+                    forces[element[a] as usize] += place.change(a, b) * v[element[b] as usize];
                 }
             }
         });
-    }
-
-    /// What a point gives to the force on node a: w S^{αβ} ∂_α N_a ∂_β x = w (λ² F M_a − r n_a).
-    fn force(&self, place: &Place<'_, N>, a: usize) -> Vector {
-        let [m_a, n_a] = place.gradients(a);
-        let pulled = place.now.map_from(&place.rest) * m_a * (self.stretch * self.stretch);
-        (pulled - n_a * place.thinned) * place.weight
-    }
-
-    /// What a point gives to ∂f_a/∂x_b.
-    fn change(&self, place: &Place<'_, N>, a: usize, b: usize) -> Matrix {
-        let ([m_a, n_a], [m_b, n_b]) = (place.gradients(a), place.gradients(b));
-        let (squared, r) = (self.stretch * self.stretch, place.thinned);
-        let along = n_a.dot(&n_b);
-        let geometric = Matrix::identity() * (squared * m_a.dot(&m_b) - r * along);
-        let plane = place.now.map_from(&place.now);
-        let thinned = plane * along + n_b * n_a.transpose() + n_a * n_b.transpose() * 2.0;
-        (geometric + thinned * r) * place.weight
     }
 
     /// Adds what `change` gives for each pair of nodes of each face, at each point.
@@ -250,11 +291,9 @@ impl<const N: usize> Skin<N> {
             let own = face.nodes::<N>();
             for ((slopes, share), rest) in points::<N>(face.own).iter().zip(rest) {
                 let moved = tangents_at(slopes, &nodes[face.element], u);
-                let now = Frame::new([rest[0] + moved[0], rest[1] + moved[1]]);
-                let rest = Frame::new(*rest);
-                let weight = self.tension * share * 0.5 * rest.det.sqrt();
-                let thinned = rest.det / (self.stretch.powi(4) * now.det);
-                with(face, &own, &Place { slopes, rest, now, weight, thinned });
+                let now = [rest[0] + moved[0], rest[1] + moved[1]];
+                let skin = [self.tension, self.stretch];
+                with(face, &own, &Place::new(slopes, *rest, now, skin, *share));
             }
         }
     }

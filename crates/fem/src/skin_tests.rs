@@ -80,3 +80,60 @@ fn it_holds_the_tissue_back_and_moves_nothing_by_itself() {
         }
     }
 }
+
+/// A corner is pulled in both ways, two in one way, and one is squeezed.
+fn squeezed(positions: &[Vector]) -> Vec<Vector> {
+    let at = |p: &Vector| {
+        let [x, y] = [p.x - 6.0, p.y - 6.0];
+        Vector::new(x * x, y * y, 0.5 * x * y) * 0.03
+    };
+    positions.iter().map(at).collect()
+}
+
+fn anyhow(positions: &[Vector]) -> Vec<Vector> {
+    let wave = |k: f64, p: &Vector| (k * p.x + 1.3 * p.y).sin();
+    positions.iter().map(|p| Vector::new(wave(0.7, p), wave(0.4, p), wave(0.9, p))).collect()
+}
+
+/// The derivatives by the present and by the stress-free shape against differences of the forces.
+fn check_slopes<const N: usize>() {
+    let (positions, nodes, skin) = top::<N>(&Membrane { stretch: 1.05, ..MEMBRANE });
+    let (u, v) = (squeezed(&positions), anyhow(&positions));
+    let plus = |a: &[Vector], b: &[Vector], share: f64| -> Vec<Vector> {
+        a.iter().zip(b).map(|(a, b)| a + b * share).collect()
+    };
+    let forces = |skin: &Skin<N>, u: &[Vector]| {
+        let mut forces = vec![Vector::zeros(); u.len()];
+        skin.evaluate(&nodes, u, &mut forces);
+        forces
+    };
+    let at_rest = |share: f64| {
+        let rest = skin.at_rest(&nodes, &plus(&positions, &v, share));
+        forces(&rest, &plus(&u, &v, -share))
+    };
+    let h = 1e-6;
+    let by_x = plus(&forces(&skin, &plus(&u, &v, h)), &forces(&skin, &plus(&u, &v, -h)), -1.0);
+    let by_rest = plus(&at_rest(h), &at_rest(-h), -1.0);
+
+    let (mut own, mut own_rest) = (vec![Vector::zeros(); u.len()], vec![Vector::zeros(); u.len()]);
+    skin.add_slope(&nodes, &u, &v, &mut own);
+    let mut kinds = [0; 3];
+    skin.each(&nodes, &u, |face, at, place| {
+        let taut = place.law.pulls.iter().filter(|pull| **pull > 0.0).count();
+        kinds[taut] += 1;
+        let element = nodes[face.element];
+        for (a, b) in at.iter().flat_map(|a| at.iter().map(move |b| (*a, *b))) {
+            own_rest[element[a] as usize] += place.rest_change(a, b) * v[element[b] as usize];
+        }
+    });
+    assert!(kinds.iter().all(|count| *count > 0), "{kinds:?}");
+    for (own, found) in own.iter().zip(&by_x).chain(own_rest.iter().zip(&by_rest)) {
+        assert!((own - found / (2.0 * h)).norm() < 1e-5, "{own} {}", found / (2.0 * h));
+    }
+}
+
+#[test]
+fn its_derivatives_are_those_of_the_forces() {
+    check_slopes::<4>();
+    check_slopes::<10>();
+}

@@ -196,7 +196,7 @@ fn a_sliding_wall_and_a_skin_agree() {
             }
         }
     }
-    assert!(compared >= 12, "{compared}");
+    assert!(compared == 20, "{compared}");
 }
 
 #[test]

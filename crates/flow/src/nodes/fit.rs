@@ -115,7 +115,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);

@@ -46,7 +46,7 @@ pub(crate) struct Known {
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 8;
+    const METHOD: u32 = 9;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve);
