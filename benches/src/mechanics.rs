@@ -206,7 +206,7 @@ impl Reference {
     fn boundary(&self, name: &str, params: Params) -> Result<Params> {
         let centre: Array1<f64> = self.open("surfaces_1.6k_P2")?.by_name("wall_centre")?;
         let area = SlidingArea {
-            centre: Some(Point::new(centre[0], centre[1], centre[2])),
+            centre_mm: Some([centre[0], centre[1], centre[2]]),
             radius_mm: 60.0,
             rim_mm: 20.0,
             stiffness_kpa_mm: 0.02,

@@ -72,7 +72,7 @@ fn the_reaction_is_the_slope_of_the_potential() {
     let plain = Tissue { young_kpa: 3.0, ..Tissue::default() };
     let bare = Params::default();
     let area = SlidingArea {
-        centre: Some(Point::new(30.0, 30.0, 0.0)),
+        centre_mm: Some([30.0, 30.0, 0.0]),
         radius_mm: 28.0,
         rim_mm: 10.0,
         stiffness_kpa_mm: 0.02,

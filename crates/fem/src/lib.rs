@@ -116,10 +116,10 @@ pub use error::Error;
 pub use foundation::{Spring, nodal_springs};
 pub use goal::{GoalErrors, error_shares, goal_errors};
 pub use outcome::Step;
-pub use params::{Info, Load, Membrane, Params, SQUEEZED_DET_F, SlidingArea, Tissue, Unloading};
+pub use params::{Info, Load, Params, SQUEEZED_DET_F, Tissue, Unloading};
 pub use quasi_newton::Budget;
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
-pub use supine_record::{Cut, Law, RestState};
+pub use supine_record::{Cut, Law, Membrane, RestState, SlidingArea};
 
 pub use sensitivity::{Between, between, sensitivity};
 pub use sequence::Sequence;

@@ -3,17 +3,17 @@ use crate::element::element_nodes;
 use crate::foundation::Foundation;
 use crate::inverse::Inverse;
 use crate::newton::{Limits, Newton, norm};
-use crate::params::{Membrane, SlidingArea};
 use crate::pattern::Storage;
 use crate::skin::Skin;
 use crate::sliding_wall::SlidingWall;
 use crate::tangent::Tangent;
 use crate::test_mesh::{bent, block, tagged};
+use crate::{Membrane, SlidingArea};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Edges, TetMesh};
 use supine_record::Law;
-use supine_space::{Point, Progress};
+use supine_space::Progress;
 
 /// What is tried: a law, and whether there are fibres.
 type Solid = (Law, bool);
@@ -106,7 +106,7 @@ fn surfaces<const N: usize>(
         false => BoundaryTag::Skin,
     });
     let area = SlidingArea {
-        centre: Some(Point::new(8.0, 8.0, 0.0)),
+        centre_mm: Some([8.0, 8.0, 0.0]),
         radius_mm: 30.0,
         rim_mm: 25.0,
         stiffness_kpa_mm: 0.03,

@@ -2,8 +2,8 @@
 
 use crate::Error;
 use supine_mesh::Order;
-use supine_record::{Cut, Law, RestState, Solve};
-use supine_space::{GRAVITY_M_S2, Point, Vector, Warning};
+use supine_record::{Cut, Law, Membrane, RestState, SlidingArea, Solve};
+use supine_space::{GRAVITY_M_S2, Vector, Warning};
 
 /// The soft tissue: homogeneous, isotropic, compressible.
 ///
@@ -107,77 +107,36 @@ impl Load {
     }
 }
 
-/// A part of the chest wall on which the tissue slides: that nearer to `centre` than `radius_mm`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlidingArea {
-    /// Its middle, LPS, mm; `None`: the point of the wall that is nearest to the point of the skin
-    /// that is farthest from the wall, below the middle of the breast.
-    pub centre: Option<Point>,
-    /// mm.
-    pub radius_mm: f64,
-    /// Width of the rim over which the tissue is held more and more, mm.
-    pub rim_mm: f64,
-    /// Shear traction per displacement within the rim, kPa/mm; 0: without friction. A layer of
-    /// shear modulus G and thickness h has G/h.
-    pub stiffness_kpa_mm: f64,
+fn check_area(area: &SlidingArea) -> Result<(), Error> {
+    let SlidingArea { centre_mm, radius_mm: radius, rim_mm: rim, stiffness_kpa_mm: k } = *area;
+    let far = centre_mm.map_or(0.0, |centre| Vector::from(centre).amax());
+    in_range("middle of the sliding wall (mm)", far, far < 1e6, "within 1000000")?;
+    in_range(
+        "radius of the sliding wall (mm)",
+        radius,
+        (1.0..=1e4).contains(&radius),
+        "1 to 10000",
+    )?;
+    let ok = rim > 0.0 && rim <= radius;
+    in_range("rim of the sliding wall (mm)", rim, ok, "above 0, at most the radius")?;
+    in_range(
+        "shear stiffness of the sliding wall (kPa/mm)",
+        k,
+        (0.0..=1e6).contains(&k),
+        "0 to 1000000",
+    )
 }
 
-impl SlidingArea {
-    /// Whether a face with these corners slides.
-    pub(crate) fn slides(&self, corners: [Point; 3]) -> bool {
-        let near = |corner: &Point| self.distance(corner).is_some_and(|way| way < self.radius_mm);
-        corners.iter().all(near)
-    }
-
-    /// How far a place lies from its middle, mm, if that is known.
-    pub(crate) fn distance(&self, place: &Point) -> Option<f64> {
-        self.centre.map(|centre| (place - centre).norm())
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        let Self { centre, radius_mm: radius, rim_mm: rim, stiffness_kpa_mm: k } = *self;
-        let far = centre.map_or(0.0, |centre| centre.coords.amax());
-        in_range("middle of the sliding wall (mm)", far, far < 1e6, "within 1000000")?;
-        in_range(
-            "radius of the sliding wall (mm)",
-            radius,
-            (1.0..=1e4).contains(&radius),
-            "1 to 10000",
-        )?;
-        let ok = rim > 0.0 && rim <= radius;
-        in_range("rim of the sliding wall (mm)", rim, ok, "above 0, at most the radius")?;
-        in_range(
-            "shear stiffness of the sliding wall (kPa/mm)",
-            k,
-            (0.0..=1e6).contains(&k),
-            "0 to 1000000",
-        )
-    }
-}
-
-/// Skin as an incompressible membrane on the tissue.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Membrane {
-    /// mm.
-    pub thickness_mm: f64,
-    /// Young's modulus at small strain, kPa.
-    pub young_kpa: f64,
-    /// How far it is stretched in its plane where the tissue is free of stress; 1: not at all.
-    pub stretch: f64,
-}
-
-impl Membrane {
-    fn check(&self) -> Result<(), Error> {
-        let Self { thickness_mm: h, young_kpa: e, stretch } = *self;
-        in_range("thickness of the skin (mm)", h, (0.01..=10.0).contains(&h), "0.01 to 10")?;
-        in_range(
-            "Young's modulus of the skin (kPa)",
-            e,
-            (0.001..=1e6).contains(&e),
-            "0.001 to 1000000",
-        )?;
-        in_range("stretch of the skin", stretch, (1.0..=2.0).contains(&stretch), "1 to 2")
-    }
+fn check_skin(skin: &Membrane) -> Result<(), Error> {
+    let Membrane { thickness_mm: h, young_kpa: e, stretch } = *skin;
+    in_range("thickness of the skin (mm)", h, (0.01..=10.0).contains(&h), "0.01 to 10")?;
+    in_range(
+        "Young's modulus of the skin (kPa)",
+        e,
+        (0.001..=1e6).contains(&e),
+        "0.001 to 1000000",
+    )?;
+    in_range("stretch of the skin", stretch, (1.0..=2.0).contains(&stretch), "1 to 2")
 }
 
 /// How to solve.
@@ -230,10 +189,10 @@ impl Params {
             in_range("springs at the cut (kPa/mm)", k, (0.0..=1e6).contains(&k), "0 to 1000000")?;
         }
         if let Some(sliding) = &self.sliding {
-            sliding.check()?;
+            check_area(sliding)?;
         }
         if let Some(skin) = &self.skin {
-            skin.check()?;
+            check_skin(skin)?;
         }
         let n = self.max_iterations;
         in_range("Newton iterations", n as f64, n > 0, "at least 1")

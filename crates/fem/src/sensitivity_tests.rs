@@ -4,7 +4,7 @@ use crate::{Cut, Law, Membrane, RestState, SlidingArea, Tissue, solve};
 use proptest::prelude::*;
 use std::sync::Arc;
 use supine_mesh::{Order, TetMesh};
-use supine_space::{Point, TablePose, sitting, supine};
+use supine_space::{TablePose, sitting, supine};
 
 fn rows(mesh: &TetMesh) -> Vec<f64> {
     (0..mesh.tets().len()).map(|t| 2.0 + (t % 5) as f64).collect()
@@ -51,7 +51,7 @@ fn skin_and_a_sliding_wall_do_not_grow_with_the_modulus() {
     let body = Body::new(mesh, Tissue { young_kpa: 2.0, ..Tissue::default() });
     let load = Load { ct: supine(), target: TablePose { ap_deg: 20.0, lat_deg: -10.0 }.gravity() };
     let sliding = SlidingArea {
-        centre: Some(Point::new(20.0, 20.0, 0.0)),
+        centre_mm: Some([20.0, 20.0, 0.0]),
         radius_mm: 25.0,
         rim_mm: 15.0,
         stiffness_kpa_mm: 0.05,

@@ -10,10 +10,10 @@
 //! Skin that is stretched in advance pulls at the tissue without any load. Where the CT shape is
 //! taken for free of stress these pulls are taken off: they are among what keeps it in balance.
 
+use crate::Membrane;
 use crate::boundary::{Face, faces_on, renumbered};
 use crate::element::parent_slopes;
 use crate::foundation::TRIANGLE_RULE;
-use crate::params::Membrane;
 use crate::pattern::{Block, Pattern, block, pairs};
 use crate::tension_field::TensionField;
 use nalgebra::{Matrix2, Matrix3x2, Vector2};

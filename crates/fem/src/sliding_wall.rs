@@ -14,9 +14,9 @@
 //!
 //! Towards the rim of the area k grows without a bound, and beyond it the tissue is held.
 
+use crate::SlidingArea;
 use crate::boundary::{Face, faces_on};
 use crate::foundation::Foundation;
-use crate::params::SlidingArea;
 use crate::pattern::{Block, Pattern, block};
 use crate::wall_shape::WallShape;
 use std::collections::BTreeMap;
@@ -114,12 +114,13 @@ impl<const N: usize> SlidingWall<N> {
         sliding: &SlidingArea,
     ) -> Self {
         let faces = faces_on(mesh, BoundaryTag::ChestWall);
-        let slides = |face: &&Face| sliding.slides(face.points.map(|p| mesh.points()[p as usize]));
-        let slippery: Vec<&Face> = faces.iter().filter(slides).collect();
+        let slippery =
+            |face: &&Face| slides(sliding, face.points.map(|p| mesh.points()[p as usize]));
+        let slippery: Vec<&Face> = faces.iter().filter(slippery).collect();
         let spring = |face: &&Face| {
             let corners = face.points.map(|p| mesh.points()[p as usize].coords);
             let middle = Point::from(corners.iter().sum::<Vector>() / 3.0);
-            let k = shear_kpa_mm(sliding, sliding.distance(&middle).unwrap_or_default());
+            let k = shear_kpa_mm(sliding, distance(sliding, &middle).unwrap_or_default());
             (**face, k * face.area_mm2)
         };
         let shear = Foundation::given(slippery.iter().map(spring));
@@ -130,7 +131,7 @@ impl<const N: usize> SlidingWall<N> {
             Tie { node, stiffness: TIE_KPA_MM * area_mm2, normal, curvature, ct, rest }
         };
         let free = area_nodes(mesh, nodes, &slippery).into_iter().filter(|(n, _)| !held[*n]);
-        let centre = sliding.centre.unwrap_or_default();
+        let centre = sliding.centre_mm.map(Point::from).unwrap_or_default();
         Self { centre, shear: Arc::new(shear), ties: free.map(tie).collect() }
     }
 
@@ -226,7 +227,19 @@ pub(crate) fn placed(area: SlidingArea, mesh: &TetMesh) -> SlidingArea {
         near.min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let highest = || on(BoundaryTag::Skin).filter_map(foot).max_by(|a, b| a.0.total_cmp(&b.0));
-    SlidingArea { centre: area.centre.or_else(|| highest().map(|(_, foot)| foot)), ..area }
+    let centre_mm = area.centre_mm.or_else(|| highest().map(|(_, foot)| foot.into()));
+    SlidingArea { centre_mm, ..area }
+}
+
+/// Whether a face with these corners slides.
+pub(crate) fn slides(area: &SlidingArea, corners: [Point; 3]) -> bool {
+    let near = |corner: &Point| distance(area, corner).is_some_and(|way| way < area.radius_mm);
+    corners.iter().all(near)
+}
+
+/// How far a place lies from the middle of an area, mm, if that is known.
+fn distance(area: &SlidingArea, place: &Point) -> Option<f64> {
+    area.centre_mm.map(|centre| (place - Point::from(centre)).norm())
 }
 
 /// The nodes on some faces.

@@ -2,7 +2,7 @@ use super::*;
 use crate::test_mesh::{bent, block};
 use crate::{Body, Info, Load, Params, RestState, Tissue, solve};
 use supine_mesh::{Deformation, Order};
-use supine_space::{Point, Progress, TablePose, supine};
+use supine_space::{Progress, TablePose, supine};
 
 /// Curvature of the wall, 1/mm: that of ribs.
 const BENT: f64 = 0.01;
@@ -15,7 +15,7 @@ fn bowl() -> Arc<TetMesh> {
 }
 
 fn area(stiffness_kpa_mm: f64) -> SlidingArea {
-    SlidingArea { centre: Some(Point::origin()), radius_mm: 29.0, rim_mm: 8.0, stiffness_kpa_mm }
+    SlidingArea { centre_mm: Some([0.0; 3]), radius_mm: 29.0, rim_mm: 8.0, stiffness_kpa_mm }
 }
 
 fn moved(sliding: Option<SlidingArea>, rest: RestState, order: Order) -> (Deformation, Info) {

@@ -1,5 +1,6 @@
 //! What is held.
 
+use crate::sliding_wall::slides;
 use crate::{Cut, Error, SlidingArea};
 use supine_mesh::{BoundaryTag, Edges, TetMesh};
 
@@ -19,7 +20,7 @@ pub(crate) fn held_nodes(
         let holds = match face.tag {
             BoundaryTag::ChestWall => {
                 let corners = face.points.map(|p| mesh.points()[p as usize]);
-                !sliding.is_some_and(|sliding| sliding.slides(corners))
+                !sliding.is_some_and(|sliding| slides(sliding, corners))
             }
             BoundaryTag::Cut => cut == Cut::Fixed,
             BoundaryTag::Skin => false,

@@ -88,7 +88,7 @@ fn tissue_that_slides_and_has_a_skin_turns_too() {
     let body = body(soft_kpa(RestState::Unloaded));
     let body = Body { mesh: bent(&body.mesh, 0.005), ..body };
     let area = SlidingArea {
-        centre: Some(Point::new(22.5, 22.5, 0.0)),
+        centre_mm: Some([22.5, 22.5, 0.0]),
         radius_mm: 30.0,
         rim_mm: 10.0,
         stiffness_kpa_mm: 0.02,

@@ -163,7 +163,7 @@ fn a_sliding_wall_and_a_skin_agree() {
     };
     let centre: Array1<f64> = open("surfaces_1.6k_P2").by_name("wall_centre").unwrap();
     let area = SlidingArea {
-        centre: Some(Point::new(centre[0], centre[1], centre[2])),
+        centre_mm: Some([centre[0], centre[1], centre[2]]),
         radius_mm: 60.0,
         rim_mm: 20.0,
         stiffness_kpa_mm: 0.02,

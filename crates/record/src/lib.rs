@@ -2,6 +2,7 @@
 //! and page show them. A fact is declared here once, with its words and units.
 
 mod agreement;
+mod boundary;
 mod fit;
 mod levels;
 mod patient;
@@ -14,6 +15,7 @@ mod wall;
 mod warp;
 
 pub use agreement::{Consistency, Curved, SkinDistances, SurfaceDistance};
+pub use boundary::{Membrane, SlidingArea};
 pub use fit::{DeviationParts, FitStep, FittedTissues, StateFit, interval_95};
 pub use levels::TissueLevels;
 pub use patient::PatientIdentity;

@@ -24,9 +24,9 @@ pub use moved::{
 pub use run::{Link, Run, SourceSeries, StageTime};
 pub use supine_record::{
     Consistency, Curved, Cut, DenseFate, DenseThing, DeviationParts, FitStep, FittedTissues,
-    Jacobian, Law, ModulusOrigin, QualityCheck, RestState, SkinDistances, Solve, SphereRecord,
-    StateFit, SurfaceDistance, TissueLevels, UncertainPatch, UncertaintyShare, UncertaintySource,
-    WallUncertainty, Warp,
+    Jacobian, Law, Membrane, ModulusOrigin, QualityCheck, RestState, SkinDistances, SlidingArea,
+    Solve, SphereRecord, StateFit, SurfaceDistance, TissueLevels, UncertainPatch, UncertaintyShare,
+    UncertaintySource, WallUncertainty, Warp,
 };
 pub use verdict::{Colour, Reason, Status, Verdict};
 pub use warning::Warning;
@@ -206,36 +206,16 @@ pub struct Tissue {
     pub fibre_direction: Option<[f64; 3]>,
     /// The part of the chest wall on which it slides; absent: held everywhere.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sliding: Option<SlidingWall>,
+    pub sliding: Option<SlidingArea>,
     /// The skin as a membrane on the tissue; absent: tissue like the rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub skin: Option<Skin>,
+    pub skin: Option<Membrane>,
     /// What is taken as stress-free.
     pub rest: RestState,
     /// Element order: 1 linear, 2 quadratic.
     pub order: u8,
     /// Condition at the cut.
     pub cut: Cut,
-}
-
-/// A part of the chest wall on which the tissue slides. Its middle is told with the solution.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct SlidingWall {
-    /// Radius, mm.
-    pub radius_mm: f64,
-    /// Shear traction per way, kPa/mm.
-    pub stiffness_kpa_mm: f64,
-}
-
-/// Skin as a membrane.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Skin {
-    /// Thickness, mm.
-    pub thickness_mm: f64,
-    /// Young's modulus, kPa.
-    pub young_kpa: f64,
-    /// How far it is stretched where the tissue is free of stress.
-    pub stretch: f64,
 }
 
 /// Moduli that differ from tissue to tissue, kPa.

@@ -29,55 +29,12 @@ pub(crate) struct Law {
     cut: Cut,
     spring_kpa_mm: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    sliding: Option<Slides>,
+    sliding: Option<SlidingArea>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    skin: Option<Skin>,
+    skin: Option<Membrane>,
     order: u8,
     /// Directions of gravity in the CT and on the table, unit vectors, LPS.
     gravity: [[f64; 3]; 2],
-}
-
-/// A part of the chest wall on which the tissue slides.
-#[derive(Serialize, Clone, Copy, Debug)]
-struct Slides {
-    centre: Option<[f64; 3]>,
-    radius_mm: f64,
-    rim_mm: f64,
-    stiffness_kpa_mm: f64,
-}
-
-/// Skin as a membrane.
-#[derive(Serialize, Clone, Copy, Debug)]
-struct Skin {
-    thickness_mm: f64,
-    young_kpa: f64,
-    stretch: f64,
-}
-
-impl From<SlidingArea> for Slides {
-    fn from(area: SlidingArea) -> Self {
-        let SlidingArea { centre, radius_mm, rim_mm, stiffness_kpa_mm } = area;
-        Self { centre: centre.map(Into::into), radius_mm, rim_mm, stiffness_kpa_mm }
-    }
-}
-
-impl From<Slides> for SlidingArea {
-    fn from(slides: Slides) -> Self {
-        let Slides { centre, radius_mm, rim_mm, stiffness_kpa_mm } = slides;
-        Self { centre: centre.map(Into::into), radius_mm, rim_mm, stiffness_kpa_mm }
-    }
-}
-
-impl From<Membrane> for Skin {
-    fn from(Membrane { thickness_mm, young_kpa, stretch }: Membrane) -> Self {
-        Self { thickness_mm, young_kpa, stretch }
-    }
-}
-
-impl From<Skin> for Membrane {
-    fn from(Skin { thickness_mm, young_kpa, stretch }: Skin) -> Self {
-        Self { thickness_mm, young_kpa, stretch }
-    }
 }
 
 /// Whether a law has no such parameter.
@@ -106,8 +63,8 @@ impl Law {
             rest: case.rest,
             cut: case.cut,
             spring_kpa_mm: case.spring_kpa_mm,
-            sliding: case.sliding.map(Into::into),
-            skin: case.skin.map(Into::into),
+            sliding: case.sliding,
+            skin: case.skin,
             order: case.mesh.order.number(),
             gravity: [load.ct.into(), load.target.into()],
         }
@@ -186,8 +143,8 @@ impl Law {
             rest: self.rest,
             cut: self.cut,
             spring_kpa_mm: self.spring_kpa_mm,
-            sliding: self.sliding.map(Into::into),
-            skin: self.skin.map(Into::into),
+            sliding: self.sliding,
+            skin: self.skin,
             ..Params::default()
         }
     }

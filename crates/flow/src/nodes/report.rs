@@ -246,15 +246,8 @@ fn tissue(case: &Case, moduli: Option<&supine_report::Moduli>) -> Tissue {
         fibres: Some(case.tissue.fibres).filter(|_| fibred),
         fibre_stiffening: Some(case.tissue.fibre_stiffening).filter(|_| fibred),
         fibre_direction: case.tissue.fibre_direction,
-        sliding: case.sliding.map(|area| supine_report::SlidingWall {
-            radius_mm: area.radius_mm,
-            stiffness_kpa_mm: area.stiffness_kpa_mm,
-        }),
-        skin: case.skin.map(|skin| supine_report::Skin {
-            thickness_mm: skin.thickness_mm,
-            young_kpa: skin.young_kpa,
-            stretch: skin.stretch,
-        }),
+        sliding: case.sliding,
+        skin: case.skin,
         rest: case.rest,
         order: case.mesh.order.number(),
         cut: case.cut,

@@ -4,7 +4,6 @@ use super::error::{CaseError, value};
 use super::given::Given;
 use super::value::Value;
 use supine_fem::{Membrane, SlidingArea};
-use supine_space::Point;
 
 /// Shear stiffness of the layer on which the breast slides, kPa/mm, when nothing else is said.
 /// Assumed: a tenth of the shear modulus of the tissue, 0.02 to 0.03 kPa, in a layer of 1 to 1.5
@@ -32,12 +31,12 @@ pub(super) fn sliding(given: Given<'_>) -> Result<Option<SlidingArea>, CaseError
         };
     }
     let radius_mm = given.number("wall.radius").unwrap_or(RADIUS_MM);
-    let centre = match given.get("wall.centre") {
-        Some(Value::Point(at)) => Some(Point::from(*at)),
+    let centre_mm = match given.get("wall.centre") {
+        Some(Value::Point(at)) => Some(*at),
         _ => None,
     };
     Ok(Some(SlidingArea {
-        centre,
+        centre_mm,
         radius_mm,
         rim_mm: RIM * radius_mm,
         stiffness_kpa_mm: given.number("wall.shear").unwrap_or(SHEAR_KPA_MM),
