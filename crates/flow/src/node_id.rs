@@ -30,14 +30,14 @@ pub enum NodeId {
     Fit,
     /// Their displacement under the table's gravity.
     Solve,
-    /// Where the tumour comes to within an interval of moduli, when the case asks for it.
-    Interval,
     /// The CT on the table.
     Warp,
     /// Points carried along.
     Points,
     /// A scan on the operating table held against the result, when the case names one.
     Evaluation,
+    /// How sure the tumour's place is.
+    Interval,
     /// The patient's own doses, structures and segmentations where the tissue carries them.
     MovedObjects,
     /// The exported series.
@@ -74,10 +74,10 @@ impl NodeId {
         Self::Moduli,
         Self::Fit,
         Self::Solve,
-        Self::Interval,
         Self::Warp,
         Self::Points,
         Self::Evaluation,
+        Self::Interval,
         Self::MovedObjects,
         Self::Export,
         Self::Fields,

@@ -54,10 +54,11 @@ pub struct TumourInterval {
     pub warnings: Vec<Warning>,
 }
 
-/// How far the tumour moves with 95 % probability, when modulus, rest state, chest wall, region and
-/// mesh are as uncertain as they are.
+/// How far the tumour moves with 95 % probability, when modulus, rest state, chest wall, region,
+/// mesh, the law of the tissue, arms and breath are as uncertain as they are.
 ///
-/// Modulus, rest state, wall, region and mesh are drawn 10,000 times, independently of each other.
+/// Modulus, rest state, wall, region, mesh, law, arms and breath are drawn 10,000 times,
+/// independently of each other.
 /// A modulus that was given belongs to the run's rest state, so only that of the literature is
 /// drawn with both states, each as likely. For every draw the displacement is read from curves over
 /// the modulus ([`crate`], `curve`) through solutions in each state; wall and mesh add to it as the
@@ -120,6 +121,9 @@ pub fn tumour_interval(
         tissues: root(&by_tissues(question)?),
         beyond,
         mesh_mm: mesh_mm(&errors),
+        others: question.others,
+        untold: question.untold,
+        posture: question.posture,
     };
     let mut found = told(&rests, wall.effects_mm(question.patches))?;
     found.warnings =
@@ -148,12 +152,21 @@ fn told(rests: &Rests<'_>, patch_effects_mm: Vec<f64>) -> Result<TumourInterval,
         share(UncertaintySource::ChestWall, Drawn { wall: true, ..none })?,
         share(UncertaintySource::Region, Drawn { region: true, ..none })?,
         share(UncertaintySource::Mesh, Drawn { mesh: true, ..none })?,
+        share(UncertaintySource::Law, Drawn { law: true, ..none })?,
+        share(UncertaintySource::Arms, Drawn { arms: true, ..none })?,
+        share(UncertaintySource::Breath, Drawn { breath: true, ..none })?,
     ];
     if rests.tissues == Matrix::zeros() {
         shares.retain(|share| share.source != UncertaintySource::Tissues);
     }
     if rests.beyond == Vector::zeros() {
         shares.retain(|share| share.source != UncertaintySource::Region);
+    }
+    if rests.posture.arms_moved <= 0.0 {
+        shares.retain(|share| share.source != UncertaintySource::Arms);
+    }
+    if rests.posture.breath_mm <= 0.0 {
+        shares.retain(|share| share.source != UncertaintySource::Breath);
     }
     shares.sort_by(|a, b| b.within_mm.total_cmp(&a.within_mm));
     let rest = match nominal.rest {

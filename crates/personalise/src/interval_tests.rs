@@ -1,5 +1,6 @@
 use super::*;
-use crate::ModulusPrior;
+use crate::question::Posture;
+use crate::{ARMS_MM, ModulusPrior, OtherLaw};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use supine_fem::{Load, Params, Tissue, solve};
@@ -68,6 +69,8 @@ struct Case {
     load: Load,
     params: Params,
     solved: Deformation,
+    others: Vec<OtherLaw>,
+    posture: Posture,
 }
 
 fn case(young_kpa: f64, rest: RestState) -> Case {
@@ -75,7 +78,7 @@ fn case(young_kpa: f64, rest: RestState) -> Case {
     let load = Load { ct: Vector::z() * -1.0, target: Vector::new(0.1, 0.0, -0.99f64.sqrt()) };
     let params = Params { rest, ..Params::default() };
     let (solved, _) = solve(&body, &load, &params, Progress::none()).unwrap();
-    Case { body, load, params, solved }
+    Case { body, load, params, solved, others: vec![], posture: Posture::SAME }
 }
 
 impl Case {
@@ -94,6 +97,9 @@ impl Case {
             prior,
             wall_error_mm: &|_| wall_mm,
             tissues: &[],
+            others: &self.others,
+            untold: 0.15,
+            posture: self.posture,
             patches: &[UncertainPatch {
                 area_cm2: 4.0,
                 centre_mm: [30.0, 30.0, 0.0],
@@ -229,7 +235,9 @@ fn what_is_beyond_the_region_is_a_source_that_holds_the_whole() {
         let mesh = cut_off(&whole.body.mesh, &kept, &|p| (p.x - low).abs() < 1e-9);
         let body = Body::new(mesh, whole.body.tissue);
         let (solved, _) = solve(&body, &whole.load, &whole.params, Progress::none()).unwrap();
-        let case = Case { body, load: whole.load, params: whole.params, solved };
+        let (load, params) = (whole.load, whole.params);
+        let (others, posture) = (vec![], Posture::SAME);
+        let case = Case { body, load, params, solved, others, posture };
         let found = case.ask_at(place, ModulusPrior::given([0.6, 0.62]).unwrap(), 0.1);
         let share =
             found.shares.iter().find(|s| s.source == UncertaintySource::Region).copied().unwrap();
@@ -298,4 +306,50 @@ fn a_worse_wall_widens_its_share_in_proportion() {
 
 fn tumour() -> Point {
     Point::new(19.0, 18.5, 16.0)
+}
+
+#[test]
+fn arms_and_breath_are_sources_and_a_scan_on_the_table_bounds_the_arms() {
+    let mut case = case(0.9, RestState::Unloaded);
+    let prior = ModulusPrior::given([0.85, 0.95]).unwrap();
+    let mut within = |posture: Posture| {
+        case.posture = posture;
+        let found = case.ask(prior, 0.5);
+        let of = |source| found.shares.iter().find(|s| s.source == source).map(|s| s.within_mm);
+        (found.within_mm, of(UncertaintySource::Arms), of(UncertaintySource::Breath))
+    };
+    let (same, arms, breath) = within(Posture::SAME);
+    assert_eq!((arms, breath), (None, None));
+    // Three components of one deviation lie within 2.80 of it with 95 % probability; the ends of
+    // the interval of the length may lie a little beyond.
+    let (_, arms, breath) = within(Posture::new(1.0, 2.0));
+    let close = |a: Option<f64>, b: f64| (a.unwrap() / b - 1.0).abs() < 0.1;
+    assert!(close(arms, 2.795 * ARMS_MM) && close(breath, 2.0), "{arms:?} {breath:?}");
+    let (unknown, arms, _) = within(Posture::new(0.5, 2.0));
+    // The largest tenth of those that were moved: 2.50 deviations.
+    assert!(close(arms, 2.50 * ARMS_MM), "{arms:?}");
+    let (seen, arms, _) = within(Posture::new(0.5, 2.0).seen(0.4));
+    assert!(close(arms, 2.795 * 0.4) && same < seen && seen < 0.4 * unknown, "{seen} {unknown}");
+    assert_eq!(Posture::new(0.0, 1.0).seen(2.0), Posture::new(0.0, 1.0));
+}
+
+#[test]
+fn another_law_that_may_hold_is_in_the_interval() {
+    let mut case = case(0.9, RestState::Unloaded);
+    let prior = ModulusPrior::given([0.88, 0.92]).unwrap();
+    let alone = case.ask(prior, 0.1);
+    let change = alone.displacement * 0.8;
+    let there = alone.displacement + change;
+    let law = |found: &TumourInterval| {
+        found.shares.iter().find(|s| s.source == UncertaintySource::Law).unwrap().within_mm
+    };
+    // Alone, what no law says: 2.80 times 0.15 of the displacement.
+    let share = law(&alone) / alone.displacement.norm();
+    assert!((share / 0.419 - 1.0).abs() < 0.03, "{share}");
+    assert!(!alone.ellipsoid.holds(&there));
+    case.others = vec![OtherLaw { probability: 0.3, change }];
+    let both = case.ask(prior, 0.1);
+    assert!(both.ellipsoid.holds(&there) && both.length_mm[1] > there.norm(), "{both:?}");
+    case.others[0].probability = 0.01;
+    assert!(law(&case.ask(prior, 0.1)) < 1.2 * law(&alone));
 }

@@ -14,6 +14,7 @@ mod evaluation;
 mod fit;
 mod interval;
 mod modulus_prior;
+mod other_laws;
 mod question;
 mod spread;
 mod wall;
@@ -23,9 +24,10 @@ pub use error::Error;
 pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
 pub use fit::{
     BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, FittedState, Part, Tissues,
-    UPRIGHT_DEG, compare, fit, moduli,
+    UPRIGHT_DEG, compare, fit, laws, moduli, with_additions,
 };
 pub use interval::{LEVEL, OtherState, TumourInterval, tumour_interval};
 pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior};
-pub use question::Question;
+pub use other_laws::other_laws;
+pub use question::{ARMS_MM, OtherLaw, Posture, Question, untold};
 pub use supine_record::{ModulusOrigin, UncertaintyShare, UncertaintySource};

@@ -3,9 +3,10 @@
 use crate::Error;
 use crate::curve::Curve;
 use crate::modulus_prior::{LogNormal, ModulusPrior};
+use crate::question::{OtherLaw, Posture};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use supine_fem::RestState;
 use supine_record::ModulusOrigin;
 use supine_space::{Matrix, Vector};
@@ -36,6 +37,13 @@ pub(crate) struct Rests<'a> {
     pub(crate) beyond: Vector,
     /// Standard deviation of each component by the mesh, mm.
     pub(crate) mesh_mm: f64,
+    /// Other laws that may hold.
+    pub(crate) others: &'a [OtherLaw],
+    /// Standard deviation of each component by what none of them says, as a share of the
+    /// displacement.
+    pub(crate) untold: f64,
+    /// Arms and breath.
+    pub(crate) posture: Posture,
 }
 
 /// The modulus and rest state of the run, and the displacement found with them.
@@ -55,11 +63,23 @@ pub(crate) struct Drawn {
     pub(crate) mesh: bool,
     pub(crate) tissues: bool,
     pub(crate) region: bool,
+    pub(crate) law: bool,
+    pub(crate) arms: bool,
+    pub(crate) breath: bool,
 }
 
 impl Drawn {
-    pub(crate) const ALL: Self =
-        Self { modulus: true, rest: true, wall: true, mesh: true, tissues: true, region: true };
+    pub(crate) const ALL: Self = Self {
+        modulus: true,
+        rest: true,
+        wall: true,
+        mesh: true,
+        tissues: true,
+        region: true,
+        law: true,
+        arms: true,
+        breath: true,
+    };
 }
 
 impl Rests<'_> {
@@ -114,6 +134,8 @@ impl Rests<'_> {
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let mut of_tissues = ChaCha8Rng::seed_from_u64(SEED + 1);
         let mut of_region = ChaCha8Rng::seed_from_u64(SEED + 2);
+        let mut of_law = ChaCha8Rng::seed_from_u64(SEED + 3);
+        let mut of_posture = ChaCha8Rng::seed_from_u64(SEED + 4);
         let nominal = self.nominal.displacement.norm();
         let mut cloud = Vec::with_capacity(DRAWS);
         let mut tried = 0;
@@ -141,6 +163,8 @@ impl Rests<'_> {
                 self.tissues * Vector::from_fn(|_, _| StandardNormal.sample(&mut of_tissues));
             let by_region: f64 = StandardNormal.sample(&mut of_region);
             let region = self.beyond * by_region;
+            let law = self.by_law(&mut of_law, &u);
+            let [arms, breath] = self.by_posture(&mut of_posture);
             // All grow with the displacement.
             let scale = if nominal > 0.0 { u.norm() / nominal } else { 1.0 };
             let by = |on: bool, v: Vector| if on { v * scale } else { Vector::zeros() };
@@ -150,10 +174,44 @@ impl Rests<'_> {
                 (drawn.tissues, tissues),
                 (drawn.region, region),
             ];
-            cloud.push(added.into_iter().fold(u, |u, (on, v)| u + by(on, v)));
+            let moved = added.into_iter().fold(u, |u, (on, v)| u + by(on, v));
+            let beside = [(drawn.law, law), (drawn.arms, arms), (drawn.breath, breath)];
+            let beside = beside.into_iter().filter(|(on, _)| *on).map(|(_, v)| v);
+            cloud.push(moved + beside.sum::<Vector>());
         }
         Ok(cloud)
     }
+
+    /// What another law adds to a displacement `u`: that of one of those that may hold, and what
+    /// none of them says.
+    fn by_law(&self, random: &mut ChaCha8Rng, u: &Vector) -> Vector {
+        let mut left = share(random);
+        let other = self.others.iter().find(|other| {
+            left -= other.probability;
+            left < 0.0
+        });
+        let change = other.map_or(Vector::zeros(), |other| other.change);
+        let untold = normal(random) * (self.untold * u.norm());
+        change + untold
+    }
+
+    /// What arms and breath add.
+    fn by_posture(&self, random: &mut ChaCha8Rng) -> [Vector; 2] {
+        let Posture { arms_moved, arms_mm, breath_mm } = self.posture;
+        let moved = share(random) < arms_moved;
+        let arms = normal(random) * if moved { arms_mm } else { 0.0 };
+        [arms, normal(random) * breath_mm]
+    }
+}
+
+/// A number from 0 to 1.
+fn share(random: &mut ChaCha8Rng) -> f64 {
+    StandardUniform.sample(random)
+}
+
+/// Three independent numbers of a normal distribution.
+fn normal(random: &mut ChaCha8Rng) -> Vector {
+    Vector::from_fn(|_, _| StandardNormal.sample(random))
 }
 
 /// The value that this share of all does not exceed.

@@ -4,6 +4,7 @@
 mod agreement;
 mod boundary;
 mod fit;
+mod law_fit;
 mod levels;
 mod patient;
 mod quality_check;
@@ -16,7 +17,10 @@ mod warp;
 
 pub use agreement::{Consistency, Curved, SkinDistances, SurfaceDistance};
 pub use boundary::{Membrane, SlidingArea};
-pub use fit::{DeviationParts, FitStep, FittedTissues, StateFit, interval_95};
+pub use fit::{
+    DeviationParts, FitStep, FittedTissues, OffPlace, STRUCTURED_MM, StateFit, interval_95,
+};
+pub use law_fit::{Addition, LawFit};
 pub use levels::TissueLevels;
 pub use patient::PatientIdentity;
 pub use quality_check::QualityCheck;

@@ -42,6 +42,12 @@ pub enum UncertaintySource {
     Region,
     /// The mesh.
     Mesh,
+    /// How the tissue resists beyond its modulus, and how it hangs on the chest wall.
+    Law,
+    /// Arms that lie otherwise than in the CT.
+    Arms,
+    /// Breath.
+    Breath,
 }
 
 /// What one source of uncertainty does while the others stay as in the run.

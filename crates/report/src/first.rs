@@ -6,7 +6,7 @@ use crate::palette;
 use crate::place::at;
 use crate::summary::{Colour, Reason, Summary, TumourInterval, UncertainPatch, WallUncertainty};
 use crate::tables::Table;
-use crate::verdict::held;
+use crate::verdict::{held, seen_near_mm};
 use crate::words::{capital, directions, fixed, triple};
 use supine_record::{ModulusOrigin, UncertaintySource};
 
@@ -167,11 +167,35 @@ fn shares(s: &Summary) -> Option<Table> {
             (Of::ChestWall, _) => "Chest wall: its place in the CT".into(),
             (Of::Region, _) => "Region: the tissue beyond its sphere".into(),
             (Of::Mesh, _) => "Mesh: its coarseness".into(),
+            (Of::Law, _) => law(s),
+            (Of::Arms, _) => arms(s),
+            (Of::Breath, _) => "Breath".into(),
         };
         let [low, high] = share.length_mm.map(|mm| fixed(mm, 1));
         t.rows.push(vec![source, format!("{low} to {high}"), fixed(share.within_mm, 1)]);
     }
     Some(t)
+}
+
+/// What is known of the law of the tissue.
+fn law(s: &Summary) -> String {
+    match s.fit.as_ref().map_or(0, |fit| fit.laws.len()) {
+        0 => "Law: how breasts resist, and how they hang on the chest wall".into(),
+        n => format!(
+            "Law: what {n} laws held against the scan leave open, and what none of them says"
+        ),
+    }
+}
+
+/// What is known of the arms.
+fn arms(s: &Summary) -> String {
+    let word = s.case.get("posture").and_then(|posture| posture.get("arms"));
+    let seen = s.evaluation.as_ref().and_then(seen_near_mm);
+    match (seen, word.and_then(|word| word.as_str())) {
+        (Some(_), _) => "Arms: as far as the scan on the table lets them".into(),
+        (None, Some("moved")) => "Arms: moved since the CT".into(),
+        (None, _) => "Arms: not known whether they lie as in the CT".into(),
+    }
 }
 
 fn rest_state(interval: &TumourInterval) -> String {

@@ -23,10 +23,11 @@ pub use moved::{
 };
 pub use run::{Link, Run, SourceSeries, StageTime};
 pub use supine_record::{
-    Consistency, Curved, Cut, DenseFate, DenseThing, DeviationParts, FitStep, FittedTissues,
-    Jacobian, Law, Membrane, ModulusOrigin, QualityCheck, RestState, SkinDistances, SlidingArea,
-    Solve, SphereRecord, StateFit, SurfaceDistance, TissueLevels, UncertainPatch, UncertaintyShare,
-    UncertaintySource, WallUncertainty, Warp,
+    Addition, Consistency, Curved, Cut, DenseFate, DenseThing, DeviationParts, FitStep,
+    FittedTissues, Jacobian, Law, LawFit, Membrane, ModulusOrigin, OffPlace, QualityCheck,
+    RestState, STRUCTURED_MM, SkinDistances, SlidingArea, Solve, SphereRecord, StateFit,
+    SurfaceDistance, TissueLevels, UncertainPatch, UncertaintyShare, UncertaintySource,
+    WallUncertainty, Warp,
 };
 pub use verdict::{Colour, Reason, Status, Verdict};
 pub use warning::Warning;

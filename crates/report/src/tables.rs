@@ -189,6 +189,16 @@ fn tissue(s: &Summary) -> Table {
             t.row("Fitted moduli of the tissues", text);
         }
     }
+    for law in s.fit.iter().flat_map(|fit| &fit.laws) {
+        let text = format!(
+            "{}; scan {} mm rms off on the breast; evidence against it {}; probability {} %",
+            law.words(),
+            fixed(law.misfit_mm, 2),
+            fixed(law.against, 1),
+            fixed(100.0 * law.probability, 0)
+        );
+        t.row(&format!("Held against the scan, {}", law.rest), text);
+    }
     if let Some(one) = s.fit.as_ref().and_then(|fit| fit.one_modulus.as_ref()) {
         let [kpa, mm] = [fixed(one.young_kpa, 3), fixed(one.misfit_mm, 2)];
         let text = format!(

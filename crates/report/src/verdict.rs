@@ -1,9 +1,11 @@
 //! Whether a result may be used: what a planner reads first.
 
-use crate::summary::{Colour, Reason, Summary, TissueFit, TumourInterval, Verdict, Warning};
+use crate::summary::{
+    Colour, Evaluation, Reason, Summary, TissueFit, TumourInterval, Verdict, Warning,
+};
 use crate::tg132;
 use crate::words::{count, fixed};
-use supine_record::{ModulusOrigin, UncertaintySource};
+use supine_record::{ModulusOrigin, STRUCTURED_MM, UncertaintySource};
 
 /// How far off the tumour's place may be for green unless another distance is asked for, mm.
 pub const TOLERANCE_MM: f64 = 2.0;
@@ -24,8 +26,6 @@ const TOLD: [&str; 6] = [
     "fit-misfit",
     "rest-state-open",
 ];
-/// Residuals on the breast above which one modulus does not describe it, mm rms.
-const MISFIT_MM: f64 = 0.7;
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
 const NOTES: [&str; 14] = [
     "dose-not-computed-anew",
@@ -227,8 +227,45 @@ fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
         reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "tissue-is-a-guess", text) });
     }
     reasons.extend(summary.fit.iter().flat_map(fit));
+    reasons.extend(on_the_table(summary, interval, tolerance_mm));
     reasons.extend(too_wide(interval, tolerance_mm));
     reasons
+}
+
+/// A scan on the table with fewer points near the tumour shows nothing there.
+pub const FEW_POINTS: usize = 20;
+/// A scan farther off the torso than this, mm rms, is of another posture or patient: 0.4 mm on
+/// synthetic patients.
+pub const TORSO_MM: f64 = 1.5;
+
+/// How far the skin near the tumour was seen on the table from where the run has it, mm rms; `None`
+/// where it was not.
+pub fn seen_near_mm(evaluation: &Evaluation) -> Option<f64> {
+    let run = evaluation.surfaces.iter().find(|surface| surface.name == "run")?;
+    let shown = run.near.points >= FEW_POINTS && evaluation.torso_mm <= TORSO_MM;
+    shown.then_some(run.near.rms_mm)
+}
+
+/// What speaks against a prediction of which nothing was seen on the table, or which was seen to be
+/// off.
+fn on_the_table(summary: &Summary, interval: &TumourInterval, tolerance_mm: f64) -> Option<Reason> {
+    let Some(near_mm) = summary.evaluation.as_ref().and_then(seen_near_mm) else {
+        let text = "This is a prediction: nothing was seen on the table. A surface scan there (scans.intraop) that agrees with it \
+                    is what it takes for green.";
+        return Some(reason(Colour::Amber, "not-seen-on-table", text));
+    };
+    let run = summary.evaluation.iter().flat_map(|seen| &seen.surfaces);
+    let breast_mm = run.filter(|s| s.name == "run").map(|s| s.breast.rms_mm).fold(0.0, f64::max);
+    let (off_mm, may_mm) = (near_mm.max(breast_mm), interval.within_mm.min(tolerance_mm));
+    (off_mm > may_mm).then(|| {
+        let text = format!(
+            "The scan on the table lies {} mm rms off the result near the tumour and {} mm on the breast: {} mm are expected.",
+            fixed(near_mm, 1),
+            fixed(breast_mm, 1),
+            fixed(may_mm, 1)
+        );
+        Reason { effect_mm: Some(off_mm), ..reason(Colour::Amber, "table-scan-apart", text) }
+    })
 }
 
 /// That the tumour's place is not known as well as is asked for, mm.
@@ -248,12 +285,29 @@ pub fn too_wide(interval: &TumourInterval, tolerance_mm: f64) -> Option<Reason> 
 fn fit(fit: &TissueFit) -> Vec<Reason> {
     let best = fit.best();
     let mut reasons = Vec::new();
-    if best.misfit_mm > MISFIT_MM {
+    if !fit.additions.is_empty() {
+        let words: Vec<String> = fit.additions.iter().map(supine_record::Addition::words).collect();
         let text = format!(
-            "The model's skin lies {} mm rms off the scan of the sitting patient: one modulus does not describe this breast.",
+            "The scan of the sitting patient speaks against plain tissue; the run goes on with what fits best: {}.",
+            words.join(", ")
+        );
+        reasons.push(reason(Colour::Amber, "law-by-scan", text));
+    }
+    if best.structured_mm > STRUCTURED_MM {
+        let whereabouts = best.farthest.map_or(String::new(), |far| {
+            let side = if far.off_mm > 0.0 { "outside" } else { "inside" };
+            format!(
+                " At the worst place the scan lies {} mm {side} of it.",
+                fixed(far.off_mm.abs(), 1)
+            )
+        });
+        let text = format!(
+            "The model's skin lies {} mm rms off the scan of the sitting patient, more than noise explains: no law that was tried \
+             describes this breast.{whereabouts}",
             fixed(best.misfit_mm, 1)
         );
-        reasons.push(reason(Colour::Amber, "fit-misfit", text));
+        let place_mm = best.farthest.map(|far| far.place_mm);
+        reasons.push(Reason { place_mm, ..reason(Colour::Amber, "fit-misfit", text) });
     }
     if let (Some(other), false) = (fit.states.get(1), fit.decided) {
         let text = format!(
@@ -459,10 +513,42 @@ mod tests {
         };
         assert!(told(|_| {}).is_empty());
         assert_eq!(
-            told(|fit| fit.states[0].misfit_mm = 0.8),
+            told(|fit| fit.states[0].structured_mm = 0.6),
             [(Colour::Amber, "fit-misfit".into())]
         );
         assert_eq!(told(|fit| fit.decided = false), [(Colour::Amber, "rest-state-open".into())]);
+    }
+
+    #[test]
+    fn a_prediction_is_amber_until_a_scan_on_the_table_agrees() {
+        let mut summary = sound();
+        let set = |summary: &mut Summary, near: f64, points: usize, torso: f64| {
+            let seen = summary.evaluation.as_mut().expect("a scan");
+            seen.torso_mm = torso;
+            for surface in seen.surfaces.iter_mut().filter(|s| s.name == "run") {
+                (surface.near.rms_mm, surface.near.points) = (near, points);
+                surface.breast.rms_mm = near;
+            }
+        };
+        set(&mut summary, 0.5, 200, 0.4);
+        assert_eq!(verdict(&summary, 2.0).colour, Colour::Green);
+        set(&mut summary, 1.8, 200, 0.4);
+        assert_eq!(codes(&summary), ["table-scan-apart"]);
+        for (points, torso) in [(5, 0.4), (200, 3.0)] {
+            set(&mut summary, 0.5, points, torso);
+            assert_eq!(codes(&summary), ["not-seen-on-table"], "{points} {torso}");
+        }
+        summary.evaluation = None;
+        assert_eq!(codes(&summary), ["not-seen-on-table"]);
+    }
+
+    #[test]
+    fn a_law_that_the_scan_speaks_for_is_told() {
+        let mut fit = example().fit.expect("a fit");
+        fit.additions = vec![supine_record::Addition::Stiffening(1.5)];
+        let told = super::fit(&fit);
+        assert_eq!(told[0].code, "law-by-scan");
+        assert!(told[0].message.contains("stiffens exponentially (1.5)"), "{told:?}");
     }
 
     #[test]

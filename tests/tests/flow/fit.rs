@@ -214,6 +214,12 @@ fn what_changes_in_the_scans_is_fitted_anew_as_a_cold_run_does() {
     assert_eq!(changed, anew);
     assert_eq!(changed["states"], first["states"]);
     assert_ne!(changed, first);
+    // Without other laws: the same modulus, as the patient is of the plain one.
+    let alone = ALL.replace('}', ", laws = false }");
+    let (changed, anew) = (run(&alone, &out), cold(&alone, "cold-3"));
+    assert_eq!(changed, anew);
+    assert_eq!(changed["states"], first["states"]);
+    assert!(first["laws"].is_array() && changed["laws"].is_null(), "{changed}");
     // Other points in the sitting scan.
     let scan = folder.path().join("sitting.ply");
     let mut count = 0;

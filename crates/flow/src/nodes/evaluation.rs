@@ -16,14 +16,12 @@ use supine_fem::{RestState, Tissue};
 use supine_mesh::{Deformation, ScanDistances};
 use supine_personalise::{Carried, EvaluationQuestion, NEAR_MM, evaluate};
 use supine_register::Skin;
-use supine_report::{EvaluatedSurface, Evaluation as Told, Input, SkinDistances};
+use supine_report::{
+    EvaluatedSurface, Evaluation as Told, FEW_POINTS, Input, SkinDistances, TORSO_MM,
+};
 use supine_space::{Failure, Point, Progress, Side, Warning};
 
 pub(crate) struct Evaluation;
-
-/// The scan lies so far off the torso, mm rms, that its pose is not to be relied on; 0.4 mm on
-/// synthetic patients.
-const TORSO_MM: f64 = 1.5;
 
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
@@ -192,7 +190,7 @@ fn warn(facts: &Told, work: &Work<'_>) {
         );
         work.warn(Warning::new("intraop-scan-apart", text));
     }
-    let few = facts.surfaces.iter().any(|surface| surface.near.points < 20);
+    let few = facts.surfaces.iter().any(|surface| surface.near.points < FEW_POINTS);
     if few {
         let text = "the scan on the operating table has hardly a point near the tumour: its distances there say nothing";
         work.warn(Warning::new("intraop-scan-short", text));

@@ -15,11 +15,15 @@ use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_scan_distances, write_scan_distances};
-use supine_fem::{Body, RestState};
+use supine_fem::{Body, Params, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
-use supine_personalise::{Choice, DECIDES, FitQuestion, Tissues, UPRIGHT_DEG, compare, fit};
+use supine_personalise::{
+    Choice, DECIDES, FitQuestion, Tissues, UPRIGHT_DEG, compare, fit, laws, with_additions,
+};
 use supine_register::Skin;
-use supine_report::{FittedTissues, Input, Moduli, OneModulus, StateFit, TissueFit};
+use supine_report::{
+    FittedTissues, Input, LawFit, Moduli, OneModulus, STRUCTURED_MM, StateFit, TissueFit,
+};
 use supine_segment::UNCERTAIN_MM;
 use supine_space::{Failure, Progress, Side, Warning};
 use supine_tetrahedralise::Refinement;
@@ -28,9 +32,6 @@ pub(crate) struct Fit;
 
 /// Tetrahedra of the mesh on which the modulus is searched.
 const COARSE: usize = 1600;
-/// Residuals of a breast above which the model does not describe it, mm rms: 0.4 on synthetic
-/// patients when it does, 0.9 and more in the wrong rest state or with stiff gland.
-const MISFIT_MM: f64 = 0.7;
 /// Another pose of the scan that fits so nearly as well, as a factor of the objective, is told.
 const OTHER_POSE: f64 = 1.3;
 /// The chest wall as a whole is off by this much, one standard deviation, mm: on four real CTs the
@@ -62,6 +63,8 @@ pub(crate) struct Scans {
     pub(crate) landmarks: Option<InputFile>,
     pub(crate) unit: Option<&'static str>,
     states: Vec<RestState>,
+    /// Whether other laws than that of the case are held against the scan.
+    laws: bool,
 }
 
 /// The tissue that was fitted; none when the case names no scans.
@@ -102,6 +105,9 @@ impl Case {
     /// The case with the tissue that was fitted.
     pub(crate) fn fitted(&self, fit: &TissueFit) -> Self {
         let mut case = self.clone();
+        let held = Params { sliding: case.sliding, skin: case.skin, ..Params::default() };
+        let (tissue, params) = with_additions(&fit.additions, &case.tissue, &held);
+        (case.tissue, case.sliding, case.skin) = (tissue, params.sliding, params.skin);
         case.tissue.young_kpa = fit.best().young_kpa;
         case.rest = fit.best().rest;
         if let Some(stiffness) = &mut case.stiffness {
@@ -115,7 +121,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 5;
+    const METHOD: u32 = 6;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
@@ -135,6 +141,7 @@ impl Node for Fit {
                 landmarks: file("scans.landmarks", &scans.landmarks)?,
                 unit: scans.unit,
                 states: fit.states.clone(),
+                laws: fit.laws,
             })
         });
         let left = case.breast == Some(Side::Left);
@@ -179,8 +186,13 @@ impl Node for Fit {
                 likely,
             }),
         };
-        let found = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
-        let mut tissue = told(&found, read.supine);
+        let mut laws = match scans.laws {
+            true => laws(&question, work.progress.part(0.4, 0.6)).map_err(Error::Fit)?,
+            false => vec![],
+        };
+        let found = with_law(&question, &mut laws, work)?;
+        let additions = laws.first().map_or(vec![], |law| law.additions.clone());
+        let mut tissue = TissueFit { laws, additions, ..told(&found, read.supine) };
         tissue.one_modulus = one_modulus(&question, &found, work.progress.part(0.8, 1.0))?;
         warn(&tissue, moduli.is_some(), work);
         let moduli = moduli.map(|by| by.fitted(&meshed.mesh, tissue.best()).1);
@@ -208,6 +220,51 @@ impl Node for Fit {
         }
         Ok(fitted)
     }
+}
+
+/// The fit with the law that the scan speaks for: the first of those that are possible which has a
+/// solution on this mesh, and that is put first.
+fn with_law(
+    question: &FitQuestion<'_>,
+    laws: &mut Vec<LawFit>,
+    work: &Work<'_>,
+) -> Result<supine_personalise::Fit, Error> {
+    let progress = work.progress.part(0.6, 0.8);
+    let possible = |(n, law): &(usize, &LawFit)| *n == 0 || law.against < DECIDES;
+    let order: Vec<usize> = laws.iter().enumerate().filter(possible).map(|(n, _)| n).collect();
+    for n in order {
+        let law = &laws[n];
+        if law.additions.is_empty() {
+            break;
+        }
+        let (tissue, params) =
+            with_additions(&law.additions, &question.body.tissue, question.params);
+        let [body, coarse] =
+            [question.body, question.coarse].map(|body| Body { tissue, ..body.clone() });
+        let (body, coarse, params, states) = (&body, &coarse, &params, &[law.rest]);
+        match fit(&FitQuestion { body, coarse, params, states, ..*question }, progress) {
+            Ok(found) => {
+                let law = laws.remove(n);
+                laws.insert(0, law);
+                return Ok(found);
+            }
+            Err(error) if error.kind() == Failure::Stopped => return Err(Error::Fit(error)),
+            Err(error) => {
+                let text = format!(
+                    "the scan of the sitting patient speaks for tissue that is not plain ({}), which could not be fitted on this mesh: \
+                     {error}",
+                    law.words()
+                );
+                work.warn(Warning::new("law-not-fitted", text));
+            }
+        }
+    }
+    let found = fit(question, progress).map_err(Error::Fit)?;
+    if let Some(n) = laws.iter().position(|law| law.additions.is_empty()) {
+        let plain = laws.remove(n);
+        laws.insert(0, plain);
+    }
+    Ok(found)
 }
 
 /// One modulus for all tissues where the case has one for each: whether the scan speaks for it.
@@ -272,21 +329,31 @@ fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>)
         Choice::Decided { evidence, .. } => (true, Some(evidence)),
         Choice::Open { evidence, .. } => (false, Some(evidence)),
     };
-    TissueFit { states, decided, evidence, one_modulus: None, supine }
+    TissueFit {
+        states,
+        decided,
+        evidence,
+        laws: vec![],
+        additions: vec![],
+        one_modulus: None,
+        supine,
+    }
 }
 
 /// Says what speaks against it.
 fn warn(fit: &TissueFit, by_tissue: bool, work: &Work<'_>) {
     let best = fit.best();
-    if best.misfit_mm > MISFIT_MM {
+    if best.structured_mm > STRUCTURED_MM {
         let text = format!(
-            "the model's skin lies {:.2} mm rms off the scan of the sitting patient (above {MISFIT_MM} mm): {}, or the scan is not of \
-             her as she was in the CT; the modulus is an average",
+            "the model's skin lies {:.2} mm rms off the scan of the sitting patient, {:.2} mm of it alike over centimetres (above \
+             {STRUCTURED_MM} mm), which noise does not explain: {}, or the scan is not of her as she was in the CT; the modulus is an \
+             average",
             best.misfit_mm,
+            best.structured_mm,
             if by_tissue {
                 "these moduli of the tissues do not describe this breast"
             } else {
-                "one modulus does not describe this breast (set tissue.map to fit one for gland and one for skin too)"
+                "no law that was tried describes this breast (set tissue.map to fit a modulus for gland and one for skin)"
             }
         );
         work.warn(Warning::new("fit-misfit", text));

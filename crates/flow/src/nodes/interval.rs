@@ -1,16 +1,19 @@
 //! How sure the displacement of the tumour is.
 
-use super::{Fit, Mesh, Moduli, Region, Segment, Solve};
+use super::{Evaluation, Fit, Mesh, Moduli, Region, Segment, Solve};
 use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
 use crate::nodes::law::Law;
+use crate::spec::PostureSpec;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_fem::Body;
 use supine_mesh::Locator;
-use supine_personalise::{LEVEL, LogNormal, ModulusPrior, Question, tumour_interval};
+use supine_personalise::{
+    LEVEL, LogNormal, ModulusPrior, Posture, Question, other_laws, tumour_interval, untold,
+};
 use supine_report::SphereRecord;
 use supine_report::{Ellipsoid, ModulusKnown, OtherRest, StateFit, TissueFit, TumourInterval};
 use supine_segment::{UNCERTAIN_MM, UNCERTAINTY_PER_MM};
@@ -32,6 +35,10 @@ pub(crate) struct NodeInputs {
     law: Law,
     /// That of the case; else what the literature has counts.
     young_kpa: Option<[f64; 2]>,
+    /// The probability that the arms lie otherwise than in the CT, and how far breath takes the
+    /// breast.
+    arms_moved: f64,
+    breathing_mm: f64,
 }
 
 /// How sure the displacement is, and what each uncertain place of the wall does to it.
@@ -46,20 +53,22 @@ pub(crate) struct Known {
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 9;
+    const METHOD: u32 = 10;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
-    type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve);
+    type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve, Evaluation);
     type Out = Known;
 
     fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
         let case = &case_state.case;
         let (tumour, law) = (case_state.tumour()?.sphere.into(), Law::of(case)?);
-        Ok(NodeInputs { tumour, law, young_kpa: case.young_interval_kpa })
+        let PostureSpec { arms_moved, breathing_mm } = case.posture;
+        let young_kpa = case.young_interval_kpa;
+        Ok(NodeInputs { tumour, law, young_kpa, arms_moved, breathing_mm })
     }
 
     fn run(inputs: &NodeInputs, parents: Outs<Self>, work: &Work<'_>) -> Result<Known, Error> {
-        let (segmented, region, meshed, moduli, fit, solved) = parents;
+        let (segmented, region, meshed, moduli, fit, solved, evaluated) = parents;
         let tumour = inputs.tumour.sphere()?;
         if Locator::new(solved.deformation.mesh().clone()).locate(&tumour.centre()).is_none() {
             // What takes no part does not move, and nothing is unsure about that.
@@ -73,7 +82,14 @@ impl Node for Interval {
             .map(|fit| law.body(&meshed, moduli, Some(fit)))
             .collect();
         let (load, params) = (law.load(), law.solver());
-        let coarse = coarser(&body, COARSE, &Refinement::None, work.progress.part(0.0, 0.4))?;
+        let coarse = coarser(&body, COARSE, &Refinement::None, work.progress.part(0.0, 0.3))?;
+        let plain = Body { tissue: inputs.law.tissue(), ..coarse.clone() };
+        let solver = (&load, &inputs.law.solver());
+        let laws = fit.tissue().map_or(&[][..], |fit| &fit.laws);
+        let (centre, part) = (tumour.centre(), work.progress.part(0.3, 0.4));
+        let others = other_laws(laws, &plain, solver, &centre, part).map_err(Error::Fit)?;
+        let posture = Posture::new(inputs.arms_moved, inputs.breathing_mm);
+        let seen = evaluated.facts.as_ref().and_then(supine_report::seen_near_mm);
         let map = segmented.uncertainty(Progress::none())?;
         let question = Question {
             body: &body,
@@ -88,6 +104,9 @@ impl Node for Interval {
             },
             patches: region.patches(),
             tissues: &tissues,
+            others: &others,
+            untold: untold(fit.tissue().map(|fit| fit.best().structured_mm)),
+            posture: seen.map_or(posture, |off_mm| posture.seen(off_mm)),
         };
         match tumour_interval(&question, work.progress.part(0.4, 1.0)) {
             Ok(found) => Ok(told(&question, found, work)),

@@ -5,7 +5,8 @@ use crate::spec::Case;
 use serde::Serialize;
 use supine_fem::{Cut, Load, Membrane, Params, RestState, SlidingArea, Tissue};
 use supine_mesh::Order;
-use supine_report::TissueFit;
+use supine_personalise::with_additions;
+use supine_report::{StateFit, TissueFit};
 use supine_space::{Vector, Warning};
 
 /// No operating table is tilted further, degrees.
@@ -70,10 +71,15 @@ impl Law {
         }
     }
 
-    /// The law with the modulus and rest state that were fitted, where they were.
+    /// The law with what was fitted, where something was.
     pub(crate) fn fitted(&self, fit: Option<&TissueFit>) -> Self {
-        let Some(best) = fit.map(TissueFit::best) else { return *self };
-        Self { young_kpa: best.young_kpa, rest: best.rest, ..*self }
+        let Some(fit) = fit else { return *self };
+        let StateFit { young_kpa, rest, .. } = *fit.best();
+        let (tissue, params) = with_additions(&fit.additions, &self.tissue(), &self.solver());
+        let Tissue { law, stiffening, fibres, fibre_stiffening, .. } = tissue;
+        let fibres = (fibres > 0.0).then_some([fibres, fibre_stiffening]);
+        let (sliding, skin) = (params.sliding, params.skin);
+        Self { young_kpa, rest, law, stiffening, fibres, sliding, skin, ..*self }
     }
 
     /// What is said of a law that stiffens, of fibres, of skin and of a wall that slides.

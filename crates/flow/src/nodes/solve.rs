@@ -80,11 +80,12 @@ impl Node for Solve {
         (meshed, moduli, fit): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Solved, Error> {
+        let assumed = inputs.assumed();
         let inputs = inputs.fitted(fit.tissue());
         let body = inputs.body(&meshed, moduli.as_ref().as_ref(), fit.tissue());
         let (deformation, info) =
             supine_fem::solve(&body, &inputs.load(), &inputs.solver(), work.progress)?;
-        work.warn_all(inputs.steep().into_iter().chain(inputs.assumed()).chain(info.warnings));
+        work.warn_all(inputs.steep().into_iter().chain(assumed).chain(info.warnings));
         let facts = Facts { solve: info.solve, unknowns: info.unknowns };
         Ok(Solved { deformation, facts })
     }

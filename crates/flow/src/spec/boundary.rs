@@ -1,5 +1,6 @@
 //! What acts on the boundary of the tissue: a chest wall on which it slides, and skin.
 
+use super::case::PostureSpec;
 use super::error::{CaseError, value};
 use super::given::Given;
 use super::value::Value;
@@ -61,4 +62,21 @@ pub(super) fn skin(given: Given<'_>) -> Result<Option<Membrane>, CaseError> {
         young_kpa,
         stretch: stretch.unwrap_or(1.0),
     }))
+}
+
+/// How the arms lie, in the words of a case.
+pub(super) const ARMS: [&str; 3] = ["unknown", "as in the CT", "moved"];
+/// How far breath takes the breast when nothing is said, mm: 2.0 ± 0.7 in 100 women (4D CT,
+/// Cancers 18, 2026, 10.3390/cancers18132142).
+pub(super) const BREATHING_MM: f64 = 2.0;
+
+/// Arms and breath. Where nobody says how the arms lie, they lie otherwise as likely as not.
+pub(super) fn posture(given: Given<'_>) -> PostureSpec {
+    let arms_moved = match given.word("posture.arms") {
+        "as in the CT" => 0.0,
+        "moved" => 1.0,
+        _ => 0.5,
+    };
+    let breathing_mm = given.number("posture.breathing").unwrap_or(BREATHING_MM);
+    PostureSpec { arms_moved, breathing_mm }
 }

@@ -54,6 +54,8 @@ pub struct Case {
     pub sliding: Option<SlidingArea>,
     /// The skin as a membrane; tissue like the rest when absent.
     pub skin: Option<Membrane>,
+    /// What the patient on the table has otherwise than in the CT.
+    pub posture: PostureSpec,
     /// Surface scans: to fit the modulus, and to hold the result against.
     pub scans: Option<ScansSpec>,
     /// Seeds for the segmentation.
@@ -215,6 +217,15 @@ pub struct Stiffness {
     pub given: bool,
 }
 
+/// What the patient on the table has otherwise than in the CT beside the tilt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PostureSpec {
+    /// The probability that her arms lie otherwise.
+    pub arms_moved: f64,
+    /// How far breath takes the breast, with 95 % probability, mm.
+    pub breathing_mm: f64,
+}
+
 /// Surface scans of the patient.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScansSpec {
@@ -237,6 +248,9 @@ pub struct FitScans {
     pub supine: Option<PathBuf>,
     /// Rest states that are fitted: the one of the case, or both.
     pub states: Vec<RestState>,
+    /// Whether other laws are held against the scan: where the case has plain tissue that is held
+    /// on the chest wall, and does not want none.
+    pub laws: bool,
 }
 
 impl Case {

@@ -27,7 +27,7 @@ mod typed;
 mod value;
 
 pub use case::{
-    Case, ExportSpec, FitScans, MeshSpec, Refinement, ScansSpec, SeedsSpec, Stiffness,
+    Case, ExportSpec, FitScans, MeshSpec, PostureSpec, Refinement, ScansSpec, SeedsSpec, Stiffness,
     StiffnessMap, TumourSpec,
 };
 pub use edit::{Edit, edit, set_argument};

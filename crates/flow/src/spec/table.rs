@@ -1,6 +1,7 @@
 //! The one table of parameters. The case file, the options of the command line, `summary.json`, the
 //! guide's table and the JSON schema are made from it.
 
+use super::boundary::{ARMS, BREATHING_MM};
 use super::derived;
 use super::parameter::row;
 pub use super::parameter::{Kind, Parameter, Preset};
@@ -123,6 +124,20 @@ pub static TABLE: &[Parameter] = &[
         "mm",
         Preset::Number(2.0),
         "error of the tumour's position, at 95 % probability, up to which the verdict is green",
+    ),
+    row(
+        ("posture.arms", "arms"),
+        Kind::Choice(&ARMS),
+        "",
+        Preset::Choice(ARMS[0]),
+        "how her arms lie on the table: where they are moved the breast goes along by millimetres, which no simulation tells",
+    ),
+    row(
+        ("posture.breathing", "breathing"),
+        Kind::Number { min: 0.0, max: 20.0 },
+        "mm",
+        Preset::Number(BREATHING_MM),
+        "how far breath takes the breast, at 95 % probability",
     ),
     row(
         ("region.centre", "centre"),
@@ -383,6 +398,13 @@ pub static TABLE: &[Parameter] = &[
         "",
         Absent("poses are searched"),
         "landmarks of the scans and the CT (.json), three or more that each scan and the CT have",
+    ),
+    row(
+        ("scans.laws", "laws"),
+        Kind::Switch,
+        "",
+        Preset::Switch(true),
+        "hold laws of the tissue and its boundary against the scan of the sitting patient; not where the case names one",
     ),
     row(
         ("scans.unit", "unit"),

@@ -386,3 +386,36 @@ fn the_schema_that_the_workflow_has_is_that_of_the_program() {
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     assert_eq!(kept, case_schema(), "supine schema case > workflow/schemas/case.schema.json");
 }
+
+#[test]
+fn arms_and_breath_are_what_a_case_says_of_them() {
+    let posture = |text: &str| Spec::from_text(text, "").unwrap().case().unwrap().posture;
+    let of = |arms_moved, breathing_mm| PostureSpec { arms_moved, breathing_mm };
+    assert_eq!(posture(""), of(0.5, 2.0));
+    assert_eq!(posture("posture = { arms = 'as in the CT', breathing = 0 }"), of(0.0, 0.0));
+    assert_eq!(posture("posture = { arms = 'moved' }"), of(1.0, 2.0));
+    assert_eq!(posture("posture = { arms = 'unknown', breathing = 3.5 }"), of(0.5, 3.5));
+}
+
+#[test]
+fn laws_are_held_against_a_scan_where_the_case_names_none() {
+    let laws = |more: &str| {
+        let text = format!("scans = {{ sitting = \"s.ply\" }}\n{more}");
+        Spec::from_text(&text, "").unwrap().case().unwrap().fit_scans().unwrap().laws
+    };
+    assert!(laws("") && laws("tissue = { rest = 'net' }"));
+    let summary = "tissue = { law = 'neo-hookean', map = 'none' }\nwall = { hold = 'held' }";
+    assert!(laws(summary), "the defaults as a summary has them");
+    let unwanted = "scans = { sitting = \"s.ply\", laws = false }";
+    let unwanted = Spec::from_text(unwanted, "").unwrap().case().unwrap();
+    assert!(!unwanted.fit_scans().unwrap().laws);
+    for own in [
+        "tissue = { law = 'gent', stiffening = 0.3 }",
+        "tissue = { fibres = 1.0 }",
+        "tissue = { map = 'hu' }",
+        "wall = { hold = 'sliding' }",
+        "skin = { young = 30.0 }",
+    ] {
+        assert!(!laws(own), "{own}");
+    }
+}

@@ -165,7 +165,13 @@ fn fit_scans(given: Given<'_>) -> Result<Option<FitScans>, CaseError> {
         Some(_) if given.word("tissue.rest") == "net" => vec![RestState::Net],
         Some(_) => vec![RestState::Unloaded],
     };
-    Ok(Some(FitScans { sitting, supine, states }))
+    let plain = given.word("tissue.law") == Law::default().name()
+        && given.number("tissue.fibres").is_none_or(|ratio| ratio <= 0.0)
+        && given.word("tissue.map") == "none"
+        && given.word("wall.hold") != "sliding"
+        && given.number("skin.young").is_none();
+    let laws = plain && given.switch("scans.laws");
+    Ok(Some(FitScans { sitting, supine, states, laws }))
 }
 
 /// What holds the cut.

@@ -54,6 +54,7 @@ impl Case {
             spring_kpa_mm: tissue::spring(given)?,
             sliding: boundary::sliding(given)?,
             skin: boundary::skin(given)?,
+            posture: boundary::posture(given),
             scans: tissue::scans(given)?,
             seeds: seeds(given),
             labels: labels(given)?,

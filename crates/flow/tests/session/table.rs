@@ -126,6 +126,8 @@ const RESULTS: &[Change<'_>] = &[
     ("export.clock", "\"2026-03-01 12:00:00\"", SOLUTION),
     ("report.seen", "\"poor-dihedral-angle-0123456789ab\"", SERIES),
     ("tolerance", "5.0", SERIES),
+    ("posture.arms", "\"moved\"", SERIES),
+    ("posture.breathing", "0.5", SERIES),
     ("labels.file", "\"labels.seg.nrrd\"", NOTHING),
     ("labels.body", "[]", NOTHING),
     ("labels.soft_tissue", "\"soft tissue\"", NOTHING),
@@ -147,6 +149,7 @@ const ELSEWHERE: &[(&str, &str)] = &[
         "a scan is held against the result there, and changed: tests/tests/flow/fit.rs",
     ),
     ("scans.landmarks", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
+    ("scans.laws", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("scans.unit", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("export.anonymise", "its key is drawn by chance: `anonymised`"),
 ];

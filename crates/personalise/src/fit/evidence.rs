@@ -4,7 +4,7 @@ use super::FittedState;
 use super::carried::{Carried, Part};
 use super::limits::REACH_MM;
 use supine_fem::RestState;
-use supine_register::Match;
+use supine_register::{Aligned, Match};
 use supine_space::Point;
 
 /// Evidence from which on one of the two is taken.
@@ -53,7 +53,9 @@ impl Choice {
 /// residuals, N of them independent in the better one; negative when the other is better.
 pub(super) fn evidence(one: &FittedState, other: &FittedState, carried: &Carried) -> f64 {
     let better = if one.fit.misfit_mm <= other.fit.misfit_mm { one } else { other };
-    independent(&breast(better, carried)) * 2.0 * (other.fit.misfit_mm / one.fit.misfit_mm).ln()
+    independent(&breast(&better.aligned, carried))
+        * 2.0
+        * (other.fit.misfit_mm / one.fit.misfit_mm).ln()
 }
 
 /// Compares the squares of the breast's residuals.
@@ -68,11 +70,11 @@ pub(super) fn choice(states: &[FittedState], carried: &Carried) -> Choice {
 }
 
 /// Places and residuals of the breast.
-fn breast(state: &FittedState, carried: &Carried) -> Vec<(Point, f64)> {
+pub(super) fn breast(aligned: &Aligned, carried: &Carried) -> Vec<(Point, f64)> {
     let own = |m: &&Match| {
         carried.parts[m.nearest as usize] == Part::Breast && m.residual_mm.abs() < REACH_MM
     };
-    state.aligned.matches.0.iter().filter(own).map(|m| (m.place, m.residual_mm)).collect()
+    aligned.matches.0.iter().filter(own).map(|m| (m.place, m.residual_mm)).collect()
 }
 
 /// How many residuals tell on their own: the area of the breast over that within which they are

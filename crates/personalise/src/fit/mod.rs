@@ -12,9 +12,11 @@ mod bootstrap;
 mod carried;
 mod evidence;
 mod family;
+mod laws;
 mod limits;
 mod refined;
 mod search;
+mod structure;
 #[cfg(test)]
 mod tests;
 mod tissues;
@@ -22,7 +24,10 @@ mod tissues;
 pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
 pub use family::UPRIGHT_DEG;
+pub use laws::{laws, with_additions};
+use limits::LEANS_DEG;
 pub(crate) use limits::REACH_MM;
+use search::STIFFEST_KPA;
 pub use tissues::{Tissues, moduli};
 
 use crate::Error;
@@ -36,10 +41,6 @@ use supine_space::{Beside, Point, Pose, Progress, Sphere};
 /// A scan that shows less of the breast's skin does not tell its modulus; a scan from the front
 /// shows nine tenths.
 const SEEN: f64 = 0.35;
-/// A patient who seems to lean more than this, degrees, did not sit: of one who leaned 10 a lean of
-/// 8 to 9 is found, of a gland four times as stiff as fat one of up to 16, and one who lay half, at
-/// 38, was taken for one who leans 21 in the other rest state, with another modulus.
-const LEANS_DEG: f64 = 20.0;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug)]
@@ -136,7 +137,8 @@ pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Er
     let one = |(n, rest): (usize, &RestState)| {
         let watch = beside.one(n);
         let progress = Progress::new(&watch);
-        let found = search::search(question, &coarse, *rest, progress.part(0.0, 0.6))?;
+        let found =
+            search::search(question, &coarse, *rest, STIFFEST_KPA, progress.part(0.0, 0.6))?;
         refined::refined(question, [&coarse, &fine], *rest, found, progress.part(0.6, 1.0))
     };
     let states: Vec<Result<FittedState, Error>> =

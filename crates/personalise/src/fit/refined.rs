@@ -1,9 +1,11 @@
 //! The modulus on the mesh that is asked.
 
 use super::carried::{Carried, Part};
+use super::evidence::breast;
 use super::family::Family;
 use super::limits::{PRIOR_MM2, REACH_MM};
 use super::search::{Found, solve};
+use super::structure::{farthest, structured_mm};
 use super::tissues::{self, Tissues, settled};
 use super::{FitQuestion, FittedState, bootstrap};
 use crate::Error;
@@ -68,6 +70,7 @@ pub(super) fn refined(
         let deviations = [2, 3].map(|k: usize| draws[k].hypot(pulls.of(k, 1..4)));
         tissues.proportions([aligned.values[2], aligned.values[3]], deviations)
     });
+    let residuals = breast(&aligned, fine);
     let skin = family.points(&aligned.values);
     let (young_kpa, deviation) = (aligned.values[0].exp(), parts.whole());
     let fit = StateFit {
@@ -78,6 +81,8 @@ pub(super) fn refined(
         parts,
         lean_deg: aligned.values[1],
         misfit_mm,
+        structured_mm: structured_mm(&residuals),
+        farthest: farthest(&residuals),
         tissues,
         other_pose,
         patient_from_scan: aligned.pose.to_homogeneous().transpose().into(),
@@ -85,6 +90,18 @@ pub(super) fn refined(
         ended,
     };
     Ok(FittedState { seen: seen(&aligned, fine, &skin), fit, settled: still, aligned, skin })
+}
+
+/// Corrects what the path found on the coarse mesh alone.
+pub(super) fn on_coarse(
+    question: &FitQuestion<'_>,
+    carried: &Carried,
+    rest: RestState,
+    found: Found,
+) -> Result<Aligned, Error> {
+    let level = Level { question, body: question.coarse, carried, tissues: None, rest };
+    let start = Settled { aligned: found.aligned, about: None, still: true };
+    Ok(level.settle(start, ATTEMPTS, Progress::none())?.0.aligned)
 }
 
 /// Where the fit stands.
@@ -239,7 +256,7 @@ fn seen(aligned: &Aligned, carried: &Carried, skin: &[Point]) -> f64 {
 }
 
 /// Residuals of the breast within the reach, mm rms.
-fn misfit_mm(aligned: &Aligned, carried: &Carried) -> f64 {
+pub(super) fn misfit_mm(aligned: &Aligned, carried: &Carried) -> f64 {
     let own =
         aligned.matches.0.iter().filter(|m| carried.parts[m.nearest as usize] == Part::Breast);
     let near: Vec<f64> = own.map(|m| m.residual_mm).filter(|r| r.abs() < REACH_MM).collect();

@@ -10,8 +10,9 @@ use supine_record::FitStep;
 use supine_register::{Aligned, Rigid, Shape, Start, align};
 use supine_space::{Pose, Progress, Vector};
 
-/// The stiffest modulus tried at first, kPa, and the factor from each to the next softer one.
-const STIFFEST_KPA: f64 = 4.4;
+/// The stiffest modulus tried at first where nothing is known, kPa.
+pub(super) const STIFFEST_KPA: f64 = 4.4;
+/// The factor from each to the next softer one.
 const FACTOR: f64 = 1.38;
 /// The path ends at this modulus, kPa: softer tissue than any that was measured.
 const SOFTEST_KPA: f64 = 0.12;
@@ -51,11 +52,12 @@ struct Best {
     other: Option<f64>,
 }
 
-/// The best modulus and pose on the coarse mesh.
+/// The best modulus and pose on the coarse mesh, from a modulus (kPa) to softer ones.
 pub(super) fn search(
     question: &FitQuestion<'_>,
     carried: &Carried,
     rest: RestState,
+    from_kpa: f64,
     progress: Progress<'_>,
 ) -> Result<Found, Error> {
     let sparse = question.scan.thinned(PATH_MM);
@@ -65,7 +67,7 @@ pub(super) fn search(
     let mut path: Vec<FitStep> = Vec::new();
     let (mut best, mut ended): (Option<Best>, Option<String>) = (None, None);
     let mut poses = question.poses.to_vec();
-    let mut kpa = STIFFEST_KPA;
+    let mut kpa = from_kpa;
     while kpa > SOFTEST_KPA && !risen(&path) {
         progress.at((path.len() as f64 / 10.0).min(0.9))?;
         if let Err(error) = solve(question, &mut sequence, &mut family, kpa, false) {

@@ -2,8 +2,9 @@
 
 use super::*;
 use std::sync::Arc;
-use supine_fem::{Tissue, solve};
+use supine_fem::{Law, Tissue, solve};
 use supine_mesh::TetMesh;
+use supine_record::Addition;
 use supine_register::{Rigid, Shape};
 use supine_space::{Grid, Matrix, Point, Vector};
 use supine_tetrahedralise::Domain;
@@ -105,12 +106,25 @@ fn fitted_where(
     start: &Pose,
     shown: impl Fn(&Point) -> bool,
 ) -> Result<Fit, Error> {
+    let tissue = Tissue { young_kpa, ..Tissue::default() };
+    asked(tissue, truth, start, shown, |question| fit(question, Progress::none()))
+}
+
+/// What is asked of the scan of a breast of some tissue.
+fn asked<T>(
+    truth: Tissue,
+    posed: (RestState, f64),
+    start: &Pose,
+    shown: impl Fn(&Point) -> bool,
+    ask: impl FnOnce(&FitQuestion<'_>) -> T,
+) -> T {
     let (skin, [mesh, coarse]) = (skin(), meshes());
     let tissue = Tissue::default();
+    let true_body = Body::new(Arc::clone(&mesh), truth);
     let (body, coarse) = (Body::new(mesh, tissue), Body::new(coarse, tissue));
     let from_scan = Pose::translation(30.0, -20.0, 10.0);
     let carried = Carried::new(&skin, &body.mesh, None);
-    let scan = scan(&carried, &body.with_mean(young_kpa), truth, &from_scan);
+    let scan = scan(&carried, &true_body, posed, &from_scan);
     let all = scan.points().iter().zip(scan.normals());
     let (points, normals) = all.filter(|(p, _)| shown(&(from_scan * *p))).unzip();
     let scan = Scan::new(points, Some(normals), vec![]).unwrap().0;
@@ -128,7 +142,38 @@ fn fitted_where(
         wall_mm: 0.0,
         tissues: None,
     };
-    fit(&question, Progress::none())
+    ask(&question)
+}
+
+/// The law that a scan supports, for tissue that stiffens and for plain tissue, and how the places
+/// of both in the list are held against each other.
+#[test]
+fn the_law_of_a_scan_is_known_from_others() {
+    let start = Pose::translation(1.0, -1.0, 1.0);
+    let laws_of = |tissue: Tissue| {
+        let sits = (RestState::Unloaded, 0.0);
+        asked(
+            tissue,
+            sits,
+            &start,
+            |_| true,
+            |question| {
+                let states = &[RestState::Unloaded];
+                laws(&FitQuestion { states, ..*question }, Progress::none()).unwrap()
+            },
+        )
+    };
+    let soft = Tissue { young_kpa: 0.6, ..Tissue::default() };
+    let stiffens = laws_of(Tissue { law: Law::Exponential, stiffening: 1.5, ..soft });
+    assert_eq!(stiffens[0].additions, [Addition::Stiffening(1.5)], "{stiffens:?}");
+    let plain = stiffens.iter().find(|law| law.additions.is_empty()).unwrap();
+    assert!(plain.against > DECIDES && plain.probability < 0.01, "{stiffens:?}");
+
+    let plain = laws_of(soft);
+    assert!(plain[0].additions.is_empty() && plain[0].probability > 0.5, "{plain:?}");
+    assert!((plain[0].young_kpa / 0.6 - 1.0).abs() < 0.03, "{plain:?}");
+    let whole: f64 = plain.iter().map(|law| law.probability).sum();
+    assert!((whole - 1.0).abs() < 1e-12 && plain.len() > 3, "{plain:?}");
 }
 
 #[test]

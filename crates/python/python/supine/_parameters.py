@@ -53,6 +53,16 @@ class Report(TypedDict, total=False):
     """Warnings that the planner has looked at, as the page ticks them: the report says so. Default: none."""
 
 
+class Posture(TypedDict, total=False):
+    """The table `posture`."""
+
+    arms: Literal["unknown", "as in the CT", "moved"] | None
+    """How her arms lie on the table: where they are moved the breast goes along by millimetres, which no simulation
+    tells. Default: "unknown"."""
+    breathing: float | None
+    """How far breath takes the breast, at 95 % probability (mm); 0 to 20. Default: 2."""
+
+
 class Region(TypedDict, total=False):
     """The table `region`."""
 
@@ -175,6 +185,9 @@ class Scans(TypedDict, total=False):
     landmarks: Place | None
     """Landmarks of the scans and the CT (.json), three or more that each scan and the CT have. Default: poses are
     searched."""
+    laws: bool | None
+    """Hold laws of the tissue and its boundary against the scan of the sitting patient; not where the case names
+    one. Default: true."""
     unit: Literal["auto", "mm", "cm", "m", "inch"] | None
     """Unit of length of the scans and their landmarks; auto: mm or m, by the size of the scan. Default: "auto"."""
 
@@ -284,6 +297,7 @@ class Values(Accepted, total=False):
     table: Table | None
     tumour: Tumour | None
     report: Report | None
+    posture: Posture | None
     region: Region | None
     mesh: Mesh | None
     tissue: Tissue | None

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
-use supine_record::StateFit;
+use supine_record::{Addition, LawFit, StateFit};
 
 /// Young's modulus by a scan of the sitting patient.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
@@ -16,6 +16,13 @@ pub struct TissueFit {
     /// them independent; above 10 it decides. Absent when the case named the rest state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<f64>,
+    /// Laws of the tissue that were held against the scan, that of the run first; empty where the
+    /// case names one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<LawFit>,
+    /// What the run's law has by the scan beyond plain tissue.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub additions: Vec<Addition>,
     /// One modulus for all tissues beside those of the case; absent when the case has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub one_modulus: Option<OneModulus>,

@@ -349,6 +349,8 @@ pub(crate) fn fit() -> TissueFit {
         },
         lean_deg: 0.6,
         misfit_mm,
+        structured_mm: 0.3,
+        farthest: Some(OffPlace { place_mm: [60.0, -250.0, -600.0], off_mm: -0.4 }),
         tissues: None,
         other_pose: None,
         patient_from_scan: POSE,
@@ -359,6 +361,8 @@ pub(crate) fn fit() -> TissueFit {
         states: vec![state(RestState::Net, 0.6, 0.4), state(RestState::Unloaded, 0.8, 0.9)],
         decided: true,
         evidence: Some(61.0),
+        laws: vec![],
+        additions: vec![],
         one_modulus: None,
         supine: Some(ScanFit { rms_mm: 0.35, scale: 1.0005, patient_from_scan: POSE }),
     }

@@ -1,0 +1,275 @@
+//! Which law of the tissue and its boundary a scan supports.
+//!
+//! Laws are fitted on the coarse mesh, each with its own modulus, lean and pose, and compared by
+//! the breast's residuals as the rest states are (`evidence`). First plain tissue, then one of each
+//! kind with a parameter in the middle of what is likely, then their neighbours where the scan does
+//! not speak against the kind, then pairs with the best where it describes the breast badly. With
+//! their evidence and what is taken for likely before, each has a probability.
+
+use super::evidence::{DECIDES, breast, independent};
+use super::refined::{misfit_mm, on_coarse};
+use super::search::{STIFFEST_KPA, search};
+use super::{Carried, FitQuestion, limits};
+use crate::Error;
+use rayon::prelude::*;
+use supine_fem::{Body, Law, Membrane, Params, RestState, SlidingArea, Tissue};
+use supine_record::{Addition, LawFit};
+use supine_register::Aligned;
+use supine_space::{Beside, Failure, Pose, Progress};
+
+/// Residuals of the breast above which pairs are tried, mm rms: what noise and surfaces leave on
+/// synthetic patients is 0.4.
+const ROUGH_MM: f64 = 0.5;
+/// Stiffening of the exponential law: that of fat outside the body is 1.5 and more, in place nobody
+/// measured it.
+const STIFFENING: [f64; 3] = [1.5, 0.7, 3.0];
+/// Fibres, times the modulus.
+const FIBRES: [f64; 3] = [2.0, 1.0, 4.0];
+/// Sliding: shear traction per way, kPa/mm, and radius, mm. A layer of 1 to 1.5 mm with a tenth of
+/// the tissue's modulus has 0.02 to 0.03.
+const SLIDING: [[f64; 2]; 4] = [[0.02, 70.0], [0.02, 50.0], [0.02, 100.0], [0.008, 70.0]];
+/// Skin: kPa, mm, stretch. Published moduli of skin in place begin at 20 kPa.
+const SKIN: [[f64; 3]; 3] = [[40.0, 1.8, 1.03], [20.0, 1.8, 1.03], [60.0, 1.8, 1.03]];
+/// Width of the rim of a wall that slides, as a share of its radius.
+const RIM: f64 = 1.0 / 3.0;
+/// With an addition moduli are tried from so many times that of plain tissue: sliding tissue is
+/// stiffer than plain tissue that moves as far. From stiffer ones the pose is drawn along.
+const STIFFER: f64 = 2.2;
+/// What is taken for likely before: plain tissue, and each kind of addition to it.
+const PLAIN: f64 = 0.5;
+
+/// The kinds of additions with their parameters, the likeliest first.
+fn kinds() -> [Vec<Addition>; 4] {
+    let sliding = |[stiffness_kpa_mm, radius_mm]: [f64; 2]| {
+        let rim_mm = RIM * radius_mm;
+        Addition::Sliding(SlidingArea { centre_mm: None, radius_mm, rim_mm, stiffness_kpa_mm })
+    };
+    let skin = |[young_kpa, thickness_mm, stretch]: [f64; 3]| {
+        Addition::Skin(Membrane { thickness_mm, young_kpa, stretch })
+    };
+    [
+        STIFFENING.map(Addition::Stiffening).into(),
+        FIBRES.map(Addition::Fibres).into(),
+        SLIDING.map(sliding).into(),
+        SKIN.map(skin).into(),
+    ]
+}
+
+/// The tissue and how it is solved with some additions.
+pub fn with_additions(
+    additions: &[Addition],
+    tissue: &Tissue,
+    params: &Params,
+) -> (Tissue, Params) {
+    let (mut tissue, mut params) = (*tissue, *params);
+    for addition in additions {
+        match *addition {
+            Addition::Stiffening(by) => {
+                (tissue.law, tissue.stiffening) = (Law::Exponential, by);
+            }
+            Addition::Fibres(ratio) => tissue.fibres = ratio,
+            Addition::Sliding(area) => params.sliding = Some(area),
+            Addition::Skin(skin) => params.skin = Some(skin),
+        }
+    }
+    (tissue, params)
+}
+
+/// A law in one rest state.
+#[derive(Clone)]
+struct Trial {
+    additions: Vec<Addition>,
+    rest: RestState,
+    /// Probability before the scan, but for a factor that is common to all.
+    likely: f64,
+}
+
+/// How a trial fits.
+struct Tried {
+    trial: Trial,
+    kpa: f64,
+    misfit_mm: f64,
+    aligned: Aligned,
+}
+
+/// The laws that were tried with their probabilities, the one to be taken first, the others by how
+/// well they fit. To be taken is that with the fewest additions among those that the scan does not
+/// speak against.
+///
+/// # Errors
+/// When plain tissue fits in no rest state, as [`super::fit`], and when the user stops.
+pub fn laws(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Vec<LawFit>, Error> {
+    let carried = Carried::new(question.skin, &question.coarse.mesh, question.other);
+    let mut search = Search::plain(question, &carried, progress.part(0.0, 0.2))?;
+    search.one_of_each_kind(progress.part(0.2, 0.5))?;
+    search.neighbours(progress.part(0.5, 0.8))?;
+    search.pairs(progress.part(0.8, 1.0))?;
+    Ok(search.told())
+}
+
+/// What was tried.
+struct Search<'a> {
+    question: &'a FitQuestion<'a>,
+    carried: &'a Carried,
+    /// Residuals of the breast that tell on their own.
+    counted: f64,
+    /// Never empty.
+    tried: Vec<Tried>,
+}
+
+impl<'a> Search<'a> {
+    /// Plain tissue in each rest state.
+    fn plain(
+        question: &'a FitQuestion<'a>,
+        carried: &'a Carried,
+        progress: Progress<'_>,
+    ) -> Result<Self, Error> {
+        let plain = |rest: &RestState| Trial { additions: vec![], rest: *rest, likely: PLAIN };
+        let trials = question.states.iter().map(plain).collect();
+        let mut search = Self { question, carried, counted: 0.0, tried: vec![] };
+        let (fit, not): (Vec<_>, Vec<_>) =
+            search.each(trials, question.poses, progress).into_iter().partition(Result::is_ok);
+        match (fit.is_empty(), not.into_iter().find_map(Result::err)) {
+            (true, Some(error)) => return Err(error),
+            _ => search.tried = fit.into_iter().flatten().collect(),
+        }
+        search.counted = independent(&breast(&search.best().aligned, carried));
+        Ok(search)
+    }
+
+    /// One of each kind of addition, in the rest states that the scan does not speak against.
+    fn one_of_each_kind(&mut self, progress: Progress<'_>) -> Result<(), Error> {
+        let kinds = kinds();
+        let states: Vec<RestState> = self.near().map(|tried| tried.trial.rest).collect();
+        let mut trials = Vec::new();
+        for kind in &kinds {
+            let likely = (1.0 - PLAIN) / (kind.len() * kinds.len()) as f64;
+            let of = |rest: &RestState| Trial { additions: vec![kind[0]], rest: *rest, likely };
+            trials.extend(states.iter().map(of));
+        }
+        self.add(trials, progress)
+    }
+
+    /// Other parameters of those that the scan does not speak against.
+    fn neighbours(&mut self, progress: Progress<'_>) -> Result<(), Error> {
+        let mut trials = Vec::new();
+        for kind in kinds() {
+            let own = self.near().filter(|tried| tried.trial.additions == [kind[0]]);
+            for Tried { trial, .. } in own {
+                let of = |other: &Addition| Trial { additions: vec![*other], ..trial.clone() };
+                trials.extend(kind[1..].iter().map(of));
+            }
+        }
+        self.add(trials, progress)
+    }
+
+    /// A second addition beside the best, where that alone describes the breast badly.
+    fn pairs(&mut self, progress: Progress<'_>) -> Result<(), Error> {
+        let best = self.best();
+        let [first] = best.trial.additions.as_slice() else { return Ok(()) };
+        if best.misfit_mm <= ROUGH_MM {
+            return Ok(());
+        }
+        let likely = 0.5 * best.trial.likely;
+        let others = kinds().into_iter().filter(|kind| !kind.contains(first));
+        let of = |kind: Vec<Addition>| Trial {
+            additions: vec![*first, kind[0]],
+            likely,
+            ..best.trial.clone()
+        };
+        let trials = others.map(of).collect();
+        self.add(trials, progress)
+    }
+
+    /// With probabilities, the one to be taken first.
+    fn told(&self) -> Vec<LawFit> {
+        let weight = |tried: &Tried| tried.trial.likely * (-0.5 * self.against(tried)).exp();
+        let whole: f64 = self.tried.iter().map(weight).sum();
+        let of = |tried: &Tried| LawFit {
+            additions: tried.trial.additions.clone(),
+            rest: tried.trial.rest,
+            young_kpa: tried.kpa,
+            misfit_mm: tried.misfit_mm,
+            against: self.against(tried),
+            probability: weight(tried) / whole,
+        };
+        let mut laws: Vec<LawFit> = self.tried.iter().map(of).collect();
+        laws.sort_by(|a, b| a.against.total_cmp(&b.against));
+        // One parameter more is believed only where the scan speaks for it.
+        let possible = laws.iter().enumerate().filter(|(_, law)| law.against < DECIDES);
+        if let Some((n, _)) = possible.min_by_key(|(_, law)| law.additions.len()) {
+            let first = laws.remove(n);
+            laws.insert(0, first);
+        }
+        laws
+    }
+
+    /// The one that fits best.
+    fn best(&self) -> &Tried {
+        let off = |tried: &&Tried| tried.misfit_mm;
+        let best = self.tried.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        best.unwrap_or(&self.tried[0])
+    }
+
+    /// N ln(S/S') of one against the best.
+    fn against(&self, tried: &Tried) -> f64 {
+        2.0 * self.counted * (tried.misfit_mm / self.best().misfit_mm).ln()
+    }
+
+    /// Those that the scan does not speak against.
+    fn near(&self) -> impl Iterator<Item = &Tried> {
+        self.tried.iter().filter(|tried| self.against(tried) < DECIDES)
+    }
+
+    /// Tries more, of which those count that have a solution.
+    fn add(&mut self, trials: Vec<Trial>, progress: Progress<'_>) -> Result<(), Error> {
+        let pose = [self.best().aligned.pose];
+        for found in self.each(trials, &pose, progress) {
+            match found {
+                Ok(tried) => self.tried.push(tried),
+                Err(error) if error.kind() == Failure::Stopped => return Err(error),
+                Err(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Fits side by side, the scan first in these poses.
+    fn each(
+        &self,
+        trials: Vec<Trial>,
+        poses: &[Pose],
+        progress: Progress<'_>,
+    ) -> Vec<Result<Tried, Error>> {
+        let beside = Beside::new(progress, trials.len());
+        let one = |(n, trial): (usize, Trial)| {
+            let watch = beside.one(n);
+            self.one(trial, poses, Progress::new(&watch))
+        };
+        trials.into_par_iter().enumerate().map(one).collect()
+    }
+
+    fn one(&self, trial: Trial, poses: &[Pose], progress: Progress<'_>) -> Result<Tried, Error> {
+        let FitQuestion { coarse, params, .. } = *self.question;
+        let (tissue, params) = with_additions(&trial.additions, &coarse.tissue, params);
+        let body = Body { tissue, ..coarse.clone() };
+        let question =
+            FitQuestion { body: &body, coarse: &body, params: &params, poses, ..*self.question };
+        let plain = self.tried.iter().find(|tried| tried.trial.rest == trial.rest);
+        let from_kpa = plain.map_or(STIFFEST_KPA, |plain| STIFFER * plain.kpa);
+        let found = search(&question, self.carried, trial.rest, from_kpa, progress)?;
+        // Where the lean has no solution, the breast is compared as upright as the path has it.
+        let upright = found.aligned.clone();
+        let aligned = match on_coarse(&question, self.carried, trial.rest, found) {
+            Err(error) if error.kind() != Failure::Stopped => upright,
+            settled => settled?,
+        };
+        let kpa = aligned.values[0].exp();
+        let misfit_mm = misfit_mm(&aligned, self.carried);
+        let lean_deg = aligned.values.get(1).copied().unwrap_or(0.0);
+        if lean_deg.abs() > limits::LEANS_DEG {
+            return Err(Error::Posture { lean_deg, misfit_mm });
+        }
+        Ok(Tried { trial, kpa, misfit_mm, aligned })
+    }
+}
