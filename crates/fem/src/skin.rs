@@ -70,24 +70,24 @@ impl Frame {
     }
 }
 
-/// A point of a face in both shapes.
-struct Place<'a, const N: usize> {
-    slopes: &'a Slopes<N>,
-    rest: Frame,
-    /// F, ∂x/∂X along the face.
-    map: Matrix,
+/// A point of a face in both shapes. Vectors of two components are along the eigenvectors of C.
+struct Place<const N: usize> {
+    /// M_a, the surface gradients of the N_a free of stress.
+    gradients: [Vector2<f64>; N],
+    /// The eigenvectors, unit vectors in the face free of stress, in columns.
+    principal: Matrix3x2<f64>,
+    /// Where F takes them, F = ∂x/∂X along the face.
+    map: Matrix3x2<f64>,
     /// λ² of what the skin is stretched in advance.
     squared: f64,
-    /// The eigenvectors of C, unit vectors in the face free of stress, in columns.
-    principal: Matrix3x2<f64>,
     law: TensionField,
     /// h μ dA, mN mm.
     weight: f64,
 }
 
-impl<'a, const N: usize> Place<'a, N> {
+impl<const N: usize> Place<N> {
     fn new(
-        slopes: &'a Slopes<N>,
+        slopes: &Slopes<N>,
         rest: Tangents,
         now: Tangents,
         [tension, stretch]: [f64; 2],
@@ -96,45 +96,40 @@ impl<'a, const N: usize> Place<'a, N> {
         let rest = Frame::new(rest);
         let (map, squared) = (rest.map_to(&now), stretch * stretch);
         let (principal, [a1, a2]) = principal(&rest, &map);
+        let gradients = slopes.map(|slope| principal.tr_mul(&rest.gradient(slope)));
         let law = TensionField::new(squared * a1, squared * a2);
         let weight = tension * share * 0.5 * rest.det.sqrt();
-        Self { slopes, rest, map, squared, principal, law, weight }
+        Self { gradients, principal, map: map * principal, squared, law, weight }
     }
 
-    /// M_a, the surface gradient of N_a free of stress.
-    fn gradient(&self, a: usize) -> Vector {
-        self.rest.gradient(self.slopes[a])
-    }
-
-    /// S v, S = λ² Σ sᵢ Nᵢ Nᵢᵀ the stress over h μ.
-    fn stress_on(&self, v: &Vector) -> Vector {
-        let [along, across] = self.law.pulls;
-        let own = self.principal.tr_mul(v);
-        self.principal * Vector2::new(along * own.x, across * own.y) * self.squared
+    /// S M_a, S = λ² Σ sᵢ Nᵢ Nᵢᵀ the stress over h μ.
+    fn pull(&self, a: usize) -> Vector2<f64> {
+        let ([along, across], own) = (self.law.pulls, self.gradients[a]);
+        Vector2::new(along * own.x, across * own.y) * self.squared
     }
 
     /// The force on node a over the weight: F S M_a.
     fn force(&self, a: usize) -> Vector {
-        self.map * self.stress_on(&self.gradient(a))
+        self.map * self.pull(a)
     }
 
     /// A_ab, which gives the change of S M_a as A_ab v where C changes by λ² (M_b vᵀ + v M_bᵀ).
-    fn moduli(&self, a: usize, b: usize) -> Matrix {
+    fn moduli(&self, a: usize, b: usize) -> Matrix2<f64> {
         let ([d11, d12, d22], g) = (self.law.slopes, self.law.shear);
-        let [m, n] = [a, b].map(|node| self.principal.tr_mul(&self.gradient(node)));
+        let [m, n] = [self.gradients[a], self.gradients[b]];
         let own = Matrix2::new(
             2.0 * d11 * m.x * n.x + g * m.y * n.y,
             2.0 * d12 * m.x * n.y + g * m.y * n.x,
             2.0 * d12 * m.y * n.x + g * m.x * n.y,
             2.0 * d22 * m.y * n.y + g * m.x * n.x,
         );
-        self.principal * (own * (self.squared * self.squared)) * self.principal.transpose()
+        own * (self.squared * self.squared)
     }
 
     /// ∂f_a/∂x_b, mN/mm: (M_a · S M_b) I + F A_ab Fᵀ, times the weight.
     fn change(&self, a: usize, b: usize) -> Matrix {
-        let geometric = self.gradient(a).dot(&self.stress_on(&self.gradient(b)));
-        let material = self.map * self.moduli(a, b) * self.map.transpose();
+        let geometric = self.gradients[a].dot(&self.pull(b));
+        let material = (self.map * self.moduli(a, b)) * self.map.transpose();
         (Matrix::identity() * geometric + material) * self.weight
     }
 
@@ -144,12 +139,11 @@ impl<'a, const N: usize> Place<'a, N> {
     ///
     /// the area grows, F and M_a shrink, and so does C.
     fn rest_change(&self, a: usize, b: usize) -> Matrix {
-        let (m_a, m_b) = (self.gradient(a), self.gradient(b));
-        let stress_b = self.stress_on(&m_b);
+        let (m_a, m_b) = (self.gradients[a], self.gradients[b]);
         let grown = self.force(a) * m_b.transpose() - self.force(b) * m_a.transpose();
-        let turned = self.map * m_a.dot(&stress_b);
-        let stretched = self.map * self.moduli(a, b) * (self.map.transpose() * self.map);
-        (grown - turned - stretched) * self.weight
+        let turned = self.map * m_a.dot(&self.pull(b));
+        let stretched = self.map * (self.moduli(a, b) * self.map.tr_mul(&self.map));
+        (grown - turned - stretched) * self.principal.transpose() * self.weight
     }
 }
 
@@ -267,7 +261,7 @@ impl<const N: usize> Skin<N> {
         u: &[Vector],
         pattern: &Pattern,
         blocks: &mut [Block],
-        change: impl Fn(&Place<'_, N>, usize, usize) -> Matrix,
+        change: impl Fn(&Place<N>, usize, usize) -> Matrix,
     ) {
         self.each(nodes, u, |face, own, place| {
             let places = pattern.places::<N>(face.element);
@@ -285,7 +279,7 @@ impl<const N: usize> Skin<N> {
         &self,
         nodes: &[[u32; N]],
         u: &[Vector],
-        mut with: impl FnMut(&Face, &[usize], &Place<'_, N>),
+        mut with: impl FnMut(&Face, &[usize], &Place<N>),
     ) {
         for (face, rest) in self.faces.iter().zip(self.rest.iter()) {
             let own = face.nodes::<N>();

@@ -27,7 +27,7 @@ const TOLD: [&str; 6] = [
     "rest-state-open",
 ];
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
-const NOTES: [&str; 14] = [
+const NOTES: [&str; 15] = [
     "dose-not-computed-anew",
     "dose-without-plan",
     "labels-uncertainty-unknown",
@@ -39,6 +39,8 @@ const NOTES: [&str; 14] = [
     "patient-not-identified",
     "pixel-data-too-long",
     "rescale-type-unspecified",
+    // Stray points of a scan: some 25 in most.
+    "scan-islands",
     "source-ill-formed",
     // Where it cuts the region, `region-truncated` says so.
     "truncated-field",
