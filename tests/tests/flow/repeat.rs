@@ -125,9 +125,9 @@ fn a_second_run_does_nothing_and_a_changed_tilt_redoes_the_end() {
         redone(&out),
         [
             "solve",
-            "interval",
             "warp",
             "points",
+            "interval",
             "export",
             "fields",
             "pictures",
