@@ -64,12 +64,6 @@ pub(super) fn skin(given: Given<'_>) -> Result<Option<Membrane>, CaseError> {
     }))
 }
 
-/// How the arms lie, in the words of a case.
-pub(super) const ARMS: [&str; 3] = ["unknown", "as in the CT", "moved"];
-/// How far breath takes the breast when nothing is said, mm: 2.0 ± 0.7 in 100 women (4D CT,
-/// Cancers 18, 2026, 10.3390/cancers18132142).
-pub(super) const BREATHING_MM: f64 = 2.0;
-
 /// Arms and breath. Where nobody says how the arms lie, they lie otherwise as likely as not.
 pub(super) fn posture(given: Given<'_>) -> PostureSpec {
     let arms_moved = match given.word("posture.arms") {
@@ -77,6 +71,6 @@ pub(super) fn posture(given: Given<'_>) -> PostureSpec {
         "moved" => 1.0,
         _ => 0.5,
     };
-    let breathing_mm = given.number("posture.breathing").unwrap_or(BREATHING_MM);
+    let breathing_mm = given.number("posture.breathing").unwrap_or(PostureSpec::BREATHING_MM);
     PostureSpec { arms_moved, breathing_mm }
 }

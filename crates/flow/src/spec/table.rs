@@ -1,7 +1,7 @@
 //! The one table of parameters. The case file, the options of the command line, `summary.json`, the
 //! guide's table and the JSON schema are made from it.
 
-use super::boundary::{ARMS, BREATHING_MM};
+use super::case::PostureSpec;
 use super::derived;
 use super::parameter::row;
 pub use super::parameter::{Kind, Parameter, Preset};
@@ -127,16 +127,16 @@ pub static TABLE: &[Parameter] = &[
     ),
     row(
         ("posture.arms", "arms"),
-        Kind::Choice(&ARMS),
+        Kind::Choice(&PostureSpec::ARMS),
         "",
-        Preset::Choice(ARMS[0]),
+        Preset::Choice(PostureSpec::ARMS[0]),
         "how her arms lie on the table: where they are moved the breast goes along by millimetres, which no simulation tells",
     ),
     row(
         ("posture.breathing", "breathing"),
         Kind::Number { min: 0.0, max: 20.0 },
         "mm",
-        Preset::Number(BREATHING_MM),
+        Preset::Number(PostureSpec::BREATHING_MM),
         "how far breath takes the breast, at 95 % probability",
     ),
     row(
