@@ -287,8 +287,9 @@ pub fn too_wide(interval: &TumourInterval, tolerance_mm: f64) -> Option<Reason> 
 fn fit(fit: &TissueFit) -> Vec<Reason> {
     let best = fit.best();
     let mut reasons = Vec::new();
-    if !fit.additions.is_empty() {
-        let words: Vec<String> = fit.additions.iter().map(supine_record::Addition::words).collect();
+    if !fit.additions().is_empty() {
+        let words: Vec<String> =
+            fit.additions().iter().map(supine_record::Addition::words).collect();
         let text = format!(
             "The scan of the sitting patient speaks against plain tissue; the run goes on with what fits best: {}.",
             words.join(", ")

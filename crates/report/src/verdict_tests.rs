@@ -159,7 +159,14 @@ fn a_prediction_is_amber_until_a_scan_on_the_table_agrees() {
 #[test]
 fn a_law_that_the_scan_speaks_for_is_told() {
     let mut fit = example().fit.expect("a fit");
-    fit.additions = vec![supine_record::Addition::Stiffening(1.5)];
+    fit.laws = vec![supine_record::LawFit {
+        additions: vec![supine_record::Addition::Stiffening(1.5)],
+        rest: fit.best().rest,
+        young_kpa: 0.6,
+        misfit_mm: 0.4,
+        against: 0.0,
+        probability: 0.9,
+    }];
     let told = super::fit(&fit);
     assert_eq!(told[0].code, "law-by-scan");
     assert!(told[0].message.contains("stiffens exponentially (1.5)"), "{told:?}");

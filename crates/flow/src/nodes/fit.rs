@@ -106,7 +106,7 @@ impl Case {
     pub(crate) fn fitted(&self, fit: &TissueFit) -> Self {
         let mut case = self.clone();
         let held = Params { sliding: case.sliding, skin: case.skin, ..Params::default() };
-        let (tissue, params) = with_additions(&fit.additions, &case.tissue, &held);
+        let (tissue, params) = with_additions(fit.additions(), &case.tissue, &held);
         (case.tissue, case.sliding, case.skin) = (tissue, params.sliding, params.skin);
         case.tissue.young_kpa = fit.best().young_kpa;
         case.rest = fit.best().rest;
@@ -191,8 +191,7 @@ impl Node for Fit {
             false => vec![],
         };
         let found = with_law(&question, &mut laws, work)?;
-        let additions = laws.first().map_or(vec![], |law| law.additions.clone());
-        let mut tissue = TissueFit { laws, additions, ..told(&found, read.supine) };
+        let mut tissue = TissueFit { laws, ..told(&found, read.supine) };
         tissue.one_modulus = one_modulus(&question, &found, work.progress.part(0.8, 1.0))?;
         warn(&tissue, moduli.is_some(), work);
         let moduli = moduli.map(|by| by.fitted(&meshed.mesh, tissue.best()).1);
@@ -329,15 +328,7 @@ fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>)
         Choice::Decided { evidence, .. } => (true, Some(evidence)),
         Choice::Open { evidence, .. } => (false, Some(evidence)),
     };
-    TissueFit {
-        states,
-        decided,
-        evidence,
-        laws: vec![],
-        additions: vec![],
-        one_modulus: None,
-        supine,
-    }
+    TissueFit { states, decided, evidence, laws: vec![], one_modulus: None, supine }
 }
 
 /// Says what speaks against it.

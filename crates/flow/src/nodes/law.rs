@@ -75,7 +75,7 @@ impl Law {
     pub(crate) fn fitted(&self, fit: Option<&TissueFit>) -> Self {
         let Some(fit) = fit else { return *self };
         let StateFit { young_kpa, rest, .. } = *fit.best();
-        let (tissue, params) = with_additions(&fit.additions, &self.tissue(), &self.solver());
+        let (tissue, params) = with_additions(fit.additions(), &self.tissue(), &self.solver());
         let Tissue { law, stiffening, fibres, fibre_stiffening, .. } = tissue;
         let fibres = (fibres > 0.0).then_some([fibres, fibre_stiffening]);
         let (sliding, skin) = (params.sliding, params.skin);

@@ -257,13 +257,14 @@ impl<'a> Search<'a> {
             FitQuestion { body: &body, coarse: &body, params: &params, poses, ..*self.question };
         let plain = self.tried.iter().find(|tried| tried.trial.rest == trial.rest);
         let from_kpa = plain.map_or(STIFFEST_KPA, |plain| STIFFER * plain.kpa);
-        let found = search(&question, self.carried, trial.rest, from_kpa, progress)?;
+        let found = search(&question, self.carried, trial.rest, from_kpa, progress.part(0.0, 0.6))?;
         // Where the lean has no solution, the breast is compared as upright as the path has it.
         let upright = found.aligned.clone();
-        let aligned = match on_coarse(&question, self.carried, trial.rest, found) {
-            Err(error) if error.kind() != Failure::Stopped => upright,
-            settled => settled?,
-        };
+        let aligned =
+            match on_coarse(&question, self.carried, trial.rest, found, progress.part(0.6, 1.0)) {
+                Err(error) if error.kind() != Failure::Stopped => upright,
+                settled => settled?,
+            };
         let kpa = aligned.values[0].exp();
         let misfit_mm = misfit_mm(&aligned, self.carried);
         let lean_deg = aligned.values.get(1).copied().unwrap_or(0.0);

@@ -98,10 +98,11 @@ pub(super) fn on_coarse(
     carried: &Carried,
     rest: RestState,
     found: Found,
+    progress: Progress<'_>,
 ) -> Result<Aligned, Error> {
     let level = Level { question, body: question.coarse, carried, tissues: None, rest };
     let start = Settled { aligned: found.aligned, about: None, still: true };
-    Ok(level.settle(start, ATTEMPTS, Progress::none())?.0.aligned)
+    Ok(level.settle(start, ATTEMPTS, progress)?.0.aligned)
 }
 
 /// Where the fit stands.

@@ -20,9 +20,6 @@ pub struct TissueFit {
     /// case names one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub laws: Vec<LawFit>,
-    /// What the run's law has by the scan beyond plain tissue.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub additions: Vec<Addition>,
     /// One modulus for all tissues beside those of the case; absent when the case has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub one_modulus: Option<OneModulus>,
@@ -54,6 +51,11 @@ pub struct OneModulus {
 }
 
 impl TissueFit {
+    /// What the run's law has by the scan beyond plain tissue.
+    pub fn additions(&self) -> &[Addition] {
+        self.laws.first().map_or(&[], |law| &law.additions)
+    }
+
     /// What the run goes on with.
     ///
     /// # Panics

@@ -362,7 +362,6 @@ pub(crate) fn fit() -> TissueFit {
         decided: true,
         evidence: Some(61.0),
         laws: vec![],
-        additions: vec![],
         one_modulus: None,
         supine: Some(ScanFit { rms_mm: 0.35, scale: 1.0005, patient_from_scan: POSE }),
     }
