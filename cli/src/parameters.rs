@@ -239,6 +239,7 @@ mod tests {
         ("wall.shear", &["wall.hold"]),
         ("wall.radius", &["wall.hold"]),
         ("wall.centre", &["wall.hold"]),
+        ("dose.at", &["dose.tolerance"]),
         ("skin.thickness", &["skin.young"]),
         ("skin.stretch", &["skin.young"]),
         ("tissue.fat", &["tissue.map"]),

@@ -17,6 +17,7 @@
 //! | `fibres`, `fibre_stiffening` | modulus over that of the tissue; k | 0, 1 |
 //! | `slide` | shear traction per displacement on the chest wall, kPa/mm | held |
 //! | `radius`, `rim` | of the part of the chest wall that slides, mm | 75, a third of it |
+//! | `centre` | of that part: x,y,z | below the middle of the breast |
 //! | `skin` | modulus of a membrane, kPa | none |
 //! | `thickness`, `stretch` | of the membrane, mm; where the tissue is free of stress | 1.8, 1 |
 //! | `rest` | `unloaded` or `net` | unloaded |
@@ -250,8 +251,9 @@ impl Keys {
     fn params(&mut self) -> Result<Params, Failed> {
         let radius_mm = self.number("radius", 75.0)?;
         let rim_mm = self.number("rim", radius_mm / 3.0)?;
+        let centre_mm = self.given::<String>("centre")?.map(|text| place(&text)).transpose()?;
         let area =
-            |stiffness_kpa_mm| SlidingArea { centre_mm: None, radius_mm, rim_mm, stiffness_kpa_mm };
+            |stiffness_kpa_mm| SlidingArea { centre_mm, radius_mm, rim_mm, stiffness_kpa_mm };
         let (thickness_mm, stretch) =
             (self.number("thickness", 1.8)?, self.number("stretch", 1.0)?);
         let membrane = |young_kpa| Membrane { thickness_mm, young_kpa, stretch };
@@ -270,6 +272,12 @@ impl Keys {
             ..Params::default()
         })
     }
+}
+
+/// Three numbers with commas between.
+fn place(text: &str) -> Result<[f64; 3], Failed> {
+    let numbers: Vec<f64> = text.split(',').map(str::parse).collect::<Result<_, _>>()?;
+    numbers.try_into().map_err(|_| "a centre of three numbers is asked for".into())
 }
 
 fn main() -> Result<(), Failed> {

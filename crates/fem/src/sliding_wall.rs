@@ -21,7 +21,7 @@ use crate::pattern::{Block, Pattern, block};
 use crate::wall_shape::WallShape;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use supine_mesh::{BoundaryTag, TET_EDGES, TetMesh};
+use supine_mesh::{BoundaryTag, PointTree, TET_EDGES, TetMesh};
 use supine_record::Slid;
 use supine_space::{Matrix, Point, Vector};
 
@@ -217,18 +217,31 @@ impl<const N: usize> SlidingWall<N> {
     }
 }
 
-/// The area on the wall of a mesh: its middle, where none is given, is the point of the wall nearest
-/// to the point of the skin that is farthest from the wall.
+/// The area on the wall of a mesh. Its middle, where none is given, is the point of the wall nearest
+/// to the mean of the wall's faces by area times the fourth power of the tissue over them: below the
+/// middle of the breast whatever the mesh, while the point under the thickest tissue lies 30 mm
+/// apart in two meshes of one breast.
 pub(crate) fn placed(area: SlidingArea, mesh: &TetMesh) -> SlidingArea {
-    let on = |tag| mesh.points_on(tag).into_iter().map(|p| mesh.points()[p as usize]);
-    let wall: Vec<Point> = on(BoundaryTag::ChestWall).collect();
-    let foot = |skin: Point| {
-        let near = wall.iter().map(|foot| ((foot - skin).norm_squared(), *foot));
-        near.min_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    let highest = || on(BoundaryTag::Skin).filter_map(foot).max_by(|a, b| a.0.total_cmp(&b.0));
-    let centre_mm = area.centre_mm.or_else(|| highest().map(|(_, foot)| foot.into()));
+    let centre_mm = area.centre_mm.or_else(|| below_breast(mesh).map(Into::into));
     SlidingArea { centre_mm, ..area }
+}
+
+/// The point of the wall below the middle of the breast.
+fn below_breast(mesh: &TetMesh) -> Option<Point> {
+    let on = |tag| mesh.points_on(tag).into_iter().map(|p| mesh.points()[p as usize]);
+    let skin = PointTree::new(&on(BoundaryTag::Skin).collect::<Vec<_>>());
+    let (mut sum, mut weights) = (Vector::zeros(), 0.0);
+    for face in mesh.boundary().iter().filter(|face| face.tag == BoundaryTag::ChestWall) {
+        let [a, b, c] = face.points.map(|p| mesh.points()[p as usize].coords);
+        let middle = (a + b + c) / 3.0;
+        let (_, over_mm) = skin.nearest(&middle.into(), f64::INFINITY)?;
+        let weight = (b - a).cross(&(c - a)).norm() * over_mm.powi(4);
+        sum += middle * weight;
+        weights += weight;
+    }
+    let middle = Point::from(sum / weights);
+    let off = |foot: &Point| (foot - middle).norm_squared();
+    on(BoundaryTag::ChestWall).min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 /// Whether a face with these corners slides.

@@ -96,3 +96,23 @@ fn nothing_holds_tissue_that_slides_everywhere() {
     let found = solve(&body, &load, &params, Progress::none());
     assert!(matches!(found, Err(crate::Error::NoSupport { .. })), "{found:?}");
 }
+
+#[test]
+fn the_middle_of_the_area_is_that_of_the_breast_on_any_mesh() {
+    // Tissue 4 mm thick with a mound of 30 mm over (15, -10), on coarse and fine grids.
+    let mound = |cells: u32, size: f64| {
+        let flat = block([cells as usize, cells as usize, 2], size, 0.0);
+        let raised = flat.points().iter().map(|p| {
+            let (x, y) = (p.x - 60.0, p.y - 60.0);
+            let far = (x - 15.0).powi(2) + (y + 10.0).powi(2);
+            Point::new(x, y, p.z / (2.0 * size) * (4.0 + 30.0 * (-far / 600.0).exp()))
+        });
+        TetMesh::new(raised.collect(), flat.tets().to_vec(), flat.boundary().to_vec()).unwrap()
+    };
+    for (cells, size) in [(10, 12.0), (17, 120.0 / 17.0), (30, 4.0)] {
+        let asked = SlidingArea { centre_mm: None, ..area(0.0) };
+        let middle = Point::from(placed(asked, &mound(cells, size)).centre_mm.unwrap());
+        let off = (middle - Point::new(15.0, -10.0, middle.z)).norm();
+        assert!(off < 0.75 * size, "{off} mm off on cells of {size}");
+    }
+}

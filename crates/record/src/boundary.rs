@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A part of the chest wall on which the tissue slides: that nearer to its middle than `radius_mm`.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
 pub struct SlidingArea {
-    /// Its middle, LPS, mm; absent: the point of the wall that is nearest to the point of the skin
-    /// that is farthest from the wall, below the middle of the breast.
+    /// Its middle, LPS, mm; absent: the point of the wall below the middle of the breast.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre_mm: Option<[f64; 3]>,
     /// Radius, mm.

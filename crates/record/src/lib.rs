@@ -3,6 +3,7 @@
 
 mod agreement;
 mod boundary;
+mod dose_tolerance;
 mod fit;
 mod law_fit;
 mod levels;
@@ -17,6 +18,7 @@ mod warp;
 
 pub use agreement::{Consistency, Curved, SkinDistances, SurfaceDistance};
 pub use boundary::{Membrane, SlidingArea};
+pub use dose_tolerance::DoseTolerance;
 pub use fit::{
     DeviationParts, FitStep, FittedTissues, OffPlace, STRUCTURED_MM, StateFit, interval_95,
 };

@@ -8,7 +8,7 @@ use crate::summary::{Colour, Reason, Summary, TumourInterval, UncertainPatch, Wa
 use crate::tables::Table;
 use crate::verdict::{held, seen_near_mm};
 use crate::words::{capital, directions, fixed, triple};
-use supine_record::{ModulusOrigin, UncertaintySource};
+use supine_record::{DoseTolerance, ModulusOrigin, UncertaintySource};
 
 /// What stands above everything.
 pub(crate) const BANNER: &str = "DERIVED, SIMULATED IMAGES. Not acquired, research software. Compare with the source CT \
@@ -131,11 +131,21 @@ fn sure(s: &Summary) -> String {
     let (Some(m), Some(interval)) = (&s.tumour, &s.tumour_interval) else { return String::new() };
     let level = fixed(100.0 * interval.level, 0);
     format!(
-        "{}. With {level} % probability its centre lies within {} mm of the place shown; {} mm are asked for. The white \
+        "{}. With {level} % probability its centre lies within {} mm of the place shown; {} mm are asked for{}. The white \
          ellipse holds it as likely.",
         capital(&directions(m.displacement_mm)),
         fixed(interval.within_mm, 1),
-        fixed(s.verdict.tolerance_mm, 1)
+        fixed(s.verdict.tolerance_mm, 1),
+        s.verdict.dose.as_ref().map_or(String::new(), so_that)
+    )
+}
+
+/// Why that tolerance, where it was asked as dose.
+fn so_that(dose: &DoseTolerance) -> String {
+    format!(
+        ", so that the dose {} mm from the applicator's centre is right to {} %",
+        fixed(dose.at_mm, 1),
+        fixed(dose.percent, 0)
     )
 }
 

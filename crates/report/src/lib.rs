@@ -53,7 +53,7 @@ pub use scan_tables::{write_evaluation_table, write_fit_table};
 pub use scene::{Scene, Shown, is_uncertain};
 pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, advice_for, status_schema};
 pub use summary::*;
-pub use supine_record::PatientIdentity;
+pub use supine_record::{DoseTolerance, PatientIdentity};
 pub use verdict::{FEW_POINTS, TOLERANCE_MM, TORSO_MM, held, seen_near_mm, too_wide, verdict};
 pub use volumes::volume_changes;
 pub use words::directions;

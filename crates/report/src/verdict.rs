@@ -65,7 +65,7 @@ pub fn verdict(summary: &Summary, tolerance_mm: f64) -> Verdict {
     let effect = |reason: &Reason| reason.effect_mm.unwrap_or(-1.0);
     reasons.sort_by(|a, b| b.colour.cmp(&a.colour).then(effect(b).total_cmp(&effect(a))));
     let colour = reasons.first().map_or(Colour::Green, |worst| worst.colour);
-    Verdict { colour, tolerance_mm, reasons }
+    Verdict { colour, tolerance_mm, dose: None, reasons }
 }
 
 fn reason(colour: Colour, code: &str, message: impl Into<String>) -> Reason {

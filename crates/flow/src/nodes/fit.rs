@@ -18,7 +18,8 @@ use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{Body, Params, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
 use supine_personalise::{
-    Choice, DECIDES, FitQuestion, Tissues, UPRIGHT_DEG, compare, fit, laws, with_additions,
+    Choice, DECIDES, FitQuestion, Tissues, TriedLaw, UPRIGHT_DEG, compare, fit, fit_law, laws,
+    with_additions,
 };
 use supine_register::Skin;
 use supine_report::{
@@ -121,7 +122,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 6;
+    const METHOD: u32 = 7;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
@@ -186,11 +187,16 @@ impl Node for Fit {
                 likely,
             }),
         };
-        let mut laws = match scans.laws {
-            true => laws(&question, work.progress.part(0.4, 0.6)).map_err(Error::Fit)?,
-            false => vec![],
+        let (found, laws) = match scans.laws {
+            true => {
+                let tried = laws(&question, work.progress.part(0.4, 0.6)).map_err(Error::Fit)?;
+                with_law(&question, tried, work)?
+            }
+            false => {
+                let found = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
+                (found, vec![])
+            }
         };
-        let found = with_law(&question, &mut laws, work)?;
         let mut tissue = TissueFit { laws, ..told(&found, read.supine) };
         tissue.one_modulus = one_modulus(&question, &found, work.progress.part(0.8, 1.0))?;
         warn(&tissue, moduli.is_some(), work);
@@ -221,49 +227,47 @@ impl Node for Fit {
     }
 }
 
-/// The fit with the law that the scan speaks for: the first of those that are possible which has a
-/// solution on this mesh, and that is put first.
+/// The fit with the law that the scan speaks for, the first of those that are possible which has a
+/// solution on this mesh, and all that were tried, that one first.
 fn with_law(
     question: &FitQuestion<'_>,
-    laws: &mut Vec<LawFit>,
+    mut tried: Vec<TriedLaw>,
     work: &Work<'_>,
-) -> Result<supine_personalise::Fit, Error> {
+) -> Result<(supine_personalise::Fit, Vec<LawFit>), Error> {
     let progress = work.progress.part(0.6, 0.8);
-    let possible = |(n, law): &(usize, &LawFit)| *n == 0 || law.against < DECIDES;
-    let order: Vec<usize> = laws.iter().enumerate().filter(possible).map(|(n, _)| n).collect();
+    let told = |tried: Vec<TriedLaw>| tried.into_iter().map(|law| law.fit).collect();
+    let possible = |(n, law): &(usize, &TriedLaw)| *n == 0 || law.fit.against < DECIDES;
+    let order = tried.iter().enumerate().filter(possible).map(|(n, _)| n);
+    let plain = |law: &&TriedLaw| law.fit.additions.is_empty();
+    let order: Vec<usize> = order.take_while(|n| !plain(&&tried[*n])).collect();
     for n in order {
-        let law = &laws[n];
-        if law.additions.is_empty() {
-            break;
-        }
-        let (tissue, params) =
-            with_additions(&law.additions, &question.body.tissue, question.params);
-        let [body, coarse] =
-            [question.body, question.coarse].map(|body| Body { tissue, ..body.clone() });
-        let (body, coarse, params, states) = (&body, &coarse, &params, &[law.rest]);
-        match fit(&FitQuestion { body, coarse, params, states, ..*question }, progress) {
+        match fit_law(question, &[&tried[n]], progress) {
             Ok(found) => {
-                let law = laws.remove(n);
-                laws.insert(0, law);
-                return Ok(found);
+                tried[..=n].rotate_right(1);
+                return Ok((found, told(tried)));
             }
             Err(error) if error.kind() == Failure::Stopped => return Err(Error::Fit(error)),
             Err(error) => {
                 let text = format!(
                     "the scan of the sitting patient speaks for tissue that is not plain ({}), which could not be fitted on this mesh: \
                      {error}",
-                    law.words()
+                    tried[n].fit.words()
                 );
                 work.warn(Warning::new("law-not-fitted", text));
             }
         }
     }
-    let found = fit(question, progress).map_err(Error::Fit)?;
-    if let Some(n) = laws.iter().position(|law| law.additions.is_empty()) {
-        let plain = laws.remove(n);
-        laws.insert(0, plain);
+    let states: Vec<&TriedLaw> = tried.iter().filter(plain).collect();
+    let found = match states.len() == question.states.len() {
+        true => fit_law(question, &states, progress),
+        // One of the rest states that are asked has none: that is said.
+        false => fit(question, progress),
+    };
+    let found = found.map_err(Error::Fit)?;
+    if let Some(n) = tried.iter().position(|law| plain(&law)) {
+        tried[..=n].rotate_right(1);
     }
-    Ok(found)
+    Ok((found, told(tried)))
 }
 
 /// One modulus for all tissues where the case has one for each: whether the scan speaks for it.

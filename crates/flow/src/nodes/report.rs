@@ -37,7 +37,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 21;
+    const METHOD: u32 = 22;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;
@@ -174,8 +174,8 @@ fn summarise(
         chain: vec![],
         run: Run::default(),
     };
-    let tolerance_mm = case.number("tolerance").unwrap_or(supine_report::TOLERANCE_MM);
-    summary.verdict = supine_report::verdict(&summary, tolerance_mm);
+    let verdict = supine_report::verdict(&summary, case.tolerance.mm());
+    summary.verdict = Verdict { dose: case.tolerance.dose, ..verdict };
     summary.status = summary.verdict.status();
     Ok(summary)
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy, ReadParams};
 use supine_fem::{Cut, Membrane, RestState, SlidingArea, Tissue};
 use supine_mesh::Order;
+use supine_report::{DoseTolerance, TOLERANCE_MM};
 use supine_space::{Point, Posture, Side, Sphere, TablePose};
 use supine_volume::{SeedKind, Stroke};
 use supine_warp::Interpolation;
@@ -56,6 +57,8 @@ pub struct Case {
     pub skin: Option<Membrane>,
     /// What the patient on the table has otherwise than in the CT.
     pub posture: PostureSpec,
+    /// How well the tumour's place is to be known.
+    pub tolerance: Tolerance,
     /// Surface scans: to fit the modulus, and to hold the result against.
     pub scans: Option<ScansSpec>,
     /// Seeds for the segmentation.
@@ -74,6 +77,23 @@ pub struct Case {
     pub export: ExportSpec,
     /// Every value, defaults included.
     pub(super) canonical: Map<String, Json>,
+}
+
+/// How well the tumour's place is to be known for a green verdict.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// How far off it may be, where that was asked, mm.
+    pub place_mm: Option<f64>,
+    /// What was asked as dose.
+    pub dose: Option<DoseTolerance>,
+}
+
+impl Tolerance {
+    /// How far off it may be, mm: the less where both were asked.
+    pub fn mm(&self) -> f64 {
+        let asked = self.place_mm.into_iter().chain(self.dose.map(|dose| dose.mm()));
+        asked.reduce(f64::min).unwrap_or(TOLERANCE_MM)
+    }
 }
 
 /// Where the tumour is.

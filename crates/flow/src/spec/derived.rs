@@ -65,6 +65,16 @@ pub(super) fn rest(case: &Case) -> Json {
     (!both).then(|| case.rest.name()).into()
 }
 
+/// How far off the tumour's place may be, unless that was asked as dose alone.
+pub(super) fn tolerance(case: &Case) -> Json {
+    case.tolerance.place_mm.into()
+}
+
+/// Where the dose is asked for.
+pub(super) fn dose_at(case: &Case) -> Json {
+    case.tolerance.dose.map(|dose| dose.at_mm).into()
+}
+
 /// The unit of scans, where there are any.
 pub(super) fn scan_unit(case: &Case) -> Json {
     case.scans.as_ref().map(|scans| scans.unit.unwrap_or("auto")).into()

@@ -28,7 +28,7 @@ mod value;
 
 pub use case::{
     Case, ExportSpec, FitScans, MeshSpec, PostureSpec, Refinement, ScansSpec, SeedsSpec, Stiffness,
-    StiffnessMap, TumourSpec,
+    StiffnessMap, Tolerance, TumourSpec,
 };
 pub use edit::{Edit, edit, set_argument};
 pub use error::CaseError;

@@ -16,12 +16,11 @@ pub(crate) const SAME_FRAME: &str = "source, although the breast has moved in it
 
 /// The modulus that a tissue may have, kPa: the range of [`supine_fem::Tissue::check`].
 const MODULUS: Kind = Kind::Number { min: 0.001, max: 1e6 };
-/// Beyond these tilts of a table, degrees, a typing error is likelier than a patient.
+/// Degrees.
 const TILT: Kind = Kind::Number { min: -180.0, max: 180.0 };
 /// Radii of spheres within a patient, mm.
 const RADIUS: Kind = Kind::Number { min: 0.1, max: 500.0 };
-/// Beyond these radii of a tumour, mm, a diameter or a typing error is likelier than a breast that
-/// is operated.
+/// Beyond these radii of a tumour that is operated, mm, a diameter or a typing error is likelier.
 const TUMOUR_RADIUS: Kind = Kind::Number { min: 0.5, max: 50.0 };
 
 /// All parameters, in the order in which they are shown.
@@ -124,7 +123,21 @@ pub static TABLE: &[Parameter] = &[
         "mm",
         Preset::Number(2.0),
         "error of the tumour's position, at 95 % probability, up to which the verdict is green",
+    ).derived(derived::tolerance),
+    row(
+        ("dose.tolerance", "dose-tolerance"),
+        Kind::Number { min: 0.1, max: 500.0 },
+        "%",
+        Absent("in millimetres, by `tolerance`"),
+        "the same asked as an error of the dose of a kilovoltage source, which falls as 1/r³; with both the less holds",
     ),
+    row(
+        ("dose.at", "dose-at"),
+        Kind::Number { min: 1.0, max: 100.0 },
+        "mm",
+        Absent("17.5: the surface of a sphere of 35 mm"),
+        "how far from the centre of the applicator, with dose.tolerance",
+    ).derived(derived::dose_at),
     row(
         ("posture.arms", "arms"),
         Kind::Choice(&PostureSpec::ARMS),
@@ -305,7 +318,7 @@ pub static TABLE: &[Parameter] = &[
         ("wall.centre", "wall-centre"),
         Kind::Point,
         "mm",
-        Absent("the point of the wall nearest to the skin that is farthest from the wall"),
+        Absent("the point of the wall below the middle of the breast"),
         "middle of that part, with hold = \"sliding\"",
     ),
     row(

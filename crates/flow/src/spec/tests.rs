@@ -174,6 +174,7 @@ fn each_bad_value_names_its_key() {
         ("wall = { shear = 0.1 }", "wall.shear"),
         ("wall = { hold = 'sliding', radius = 0.0 }", "wall.radius"),
         ("skin = { thickness = 2.0 }", "skin.thickness"),
+        ("dose = { at = 20.0 }", "dose.at"),
         ("skin = { young = 90.0, stretch = 0.9 }", "skin.stretch"),
         ("tissue = { spring = -1.0 }", "tissue.spring"),
         ("tissue = { cut = 'free', spring = 0.1 }", "tissue.spring"),
@@ -270,6 +271,7 @@ fn the_canonical_form_says_every_key_that_applies() {
         "exclude = '2-01.dcm'\nreport = { seen = 'fade-0123' }",
         "[scans]\nsitting = 't.ply'\nsupine = 's.ply'\nintraop = 'i.ply'\nlandmarks = 'l.json'\nunit = 'm'",
         "export = { clock = '2026-03-01 12:00:00' }",
+        "dose = { tolerance = 10.0 }",
         "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",
     ];
     let mut cases: Vec<_> =
@@ -296,6 +298,7 @@ fn every_key_reaches_the_case() {
             "tissue = { map = 'labels', fat = 0.3 }"
         }
         Some(("tissue", "stiffening")) => "tissue = { law = 'gent' }",
+        Some(("dose", "at")) => "dose = { tolerance = 10.0 }",
         Some(("tissue", "fibre_stiffening" | "fibre_direction")) => "tissue = { fibres = 2.0 }",
         Some(("wall", "shear" | "radius" | "centre")) => "wall = { hold = 'sliding' }",
         Some(("skin", "thickness" | "stretch")) => "skin = { young = 90.0 }",
@@ -418,4 +421,17 @@ fn laws_are_held_against_a_scan_where_the_case_names_none() {
     ] {
         assert!(!laws(own), "{own}");
     }
+}
+
+#[test]
+fn a_tolerance_of_the_dose_is_one_of_the_place() {
+    let of = |text: &str| Spec::from_text(text, "").unwrap().case().unwrap();
+    let mm = |text: &str| of(text).tolerance.mm();
+    assert!((mm("") - 2.0).abs() < 1e-12 && (mm("tolerance = 0.7") - 0.7).abs() < 1e-12);
+    let dose = "dose = { tolerance = 10.0 }";
+    assert!((mm(dose) - 17.5 * (1.0 - 1.1f64.powf(-1.0 / 3.0))).abs() < 1e-12);
+    assert!(mm("dose = { tolerance = 10.0, at = 25.0 }") > mm(dose));
+    assert!((mm(&format!("tolerance = 0.3\n{dose}")) - 0.3).abs() < 1e-12);
+    // What was not asked is not shown as if it had been.
+    assert!(of(dose).number("tolerance").is_none() && of("").number("dose.at").is_none());
 }

@@ -1,6 +1,6 @@
 //! How the values of a specification become a case, and what they must say together.
 
-use super::case::{Case, ExportSpec, SeedsSpec, TumourSpec};
+use super::case::{Case, ExportSpec, SeedsSpec, Tolerance, TumourSpec};
 use super::error::{CaseError, value};
 use super::given::{Given, missing};
 use super::read::Values;
@@ -12,6 +12,7 @@ use serde_json::{Map, Value as Json};
 use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy};
 use supine_fem::{Load, RestState};
+use supine_report::DoseTolerance;
 use supine_space::{Point, Posture, Side, Sphere, TablePose, Vector};
 use supine_volume::SeedKind;
 use supine_warp::Interpolation;
@@ -55,6 +56,7 @@ impl Case {
             sliding: boundary::sliding(given)?,
             skin: boundary::skin(given)?,
             posture: boundary::posture(given),
+            tolerance: tolerance(given)?,
             scans: tissue::scans(given)?,
             seeds: seeds(given),
             labels: labels(given)?,
@@ -127,6 +129,19 @@ fn table_pose(given: Given<'_>) -> Result<Option<TablePose>, CaseError> {
         (None, Some(_)) => Err(missing("table.ap")),
         (Some(_), None) => Err(missing("table.lat")),
     }
+}
+
+fn tolerance(given: Given<'_>) -> Result<Tolerance, CaseError> {
+    /// Surface of a sphere of 35 mm, mm.
+    const AT_MM: f64 = 17.5;
+    let (percent, at) = (given.number("dose.tolerance"), given.number("dose.at"));
+    if percent.is_none() && at.is_some() {
+        return Err(value("dose.at", "only with `dose.tolerance`"));
+    }
+    let dose = percent.map(|percent| DoseTolerance { percent, at_mm: at.unwrap_or(AT_MM) });
+    let asked = dose.is_none() || given.get("tolerance").is_some();
+    let place_mm = given.number("tolerance").filter(|_| asked);
+    Ok(Tolerance { place_mm, dose })
 }
 
 fn sphere(given: Given<'_>, keys: [&'static str; 2]) -> Result<Option<Sphere>, CaseError> {

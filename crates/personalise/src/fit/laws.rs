@@ -3,18 +3,19 @@
 //! Laws are fitted on the coarse mesh, each with its own modulus, lean and pose, and compared by
 //! the breast's residuals as the rest states are (`evidence`). First plain tissue, then one of each
 //! kind with a parameter in the middle of what is likely, then their neighbours where the scan does
-//! not speak against the kind, then pairs with the best where it describes the breast badly. With
-//! their evidence and what is taken for likely before, each has a probability.
+//! not speak against the kind, then the parameter between those of the best, then pairs with the
+//! best where it describes the breast badly. With their evidence and what is taken for likely
+//! before, each has a probability.
 
 use super::evidence::{DECIDES, breast, independent};
 use super::refined::{misfit_mm, on_coarse};
-use super::search::{STIFFEST_KPA, search};
+use super::search::{Found, STIFFEST_KPA, search};
 use super::{Carried, FitQuestion, limits};
 use crate::Error;
 use rayon::prelude::*;
+use std::mem::discriminant;
 use supine_fem::{Body, Law, Membrane, Params, RestState, SlidingArea, Tissue};
 use supine_record::{Addition, LawFit};
-use supine_register::Aligned;
 use supine_space::{Beside, Failure, Pose, Progress};
 
 /// Residuals of the breast above which pairs are tried, mm rms: what noise and surfaces leave on
@@ -25,9 +26,9 @@ const ROUGH_MM: f64 = 0.5;
 const STIFFENING: [f64; 3] = [1.5, 0.7, 3.0];
 /// Fibres, times the modulus.
 const FIBRES: [f64; 3] = [2.0, 1.0, 4.0];
-/// Sliding: shear traction per way, kPa/mm, and radius, mm. A layer of 1 to 1.5 mm with a tenth of
-/// the tissue's modulus has 0.02 to 0.03.
-const SLIDING: [[f64; 2]; 4] = [[0.02, 70.0], [0.02, 50.0], [0.02, 100.0], [0.008, 70.0]];
+/// Sliding: radius, mm, over the base of a breast or all of the wall, and shear tractions per way,
+/// kPa/mm. A layer of 1 to 1.5 mm with a tenth of the tissue's modulus has 0.02 to 0.03.
+const SLIDING: [(f64, [f64; 3]); 2] = [(100.0, [0.02, 0.05, 0.008]), (65.0, [0.02, 0.05, 0.008])];
 /// Skin: kPa, mm, stretch. Published moduli of skin in place begin at 20 kPa.
 const SKIN: [[f64; 3]; 3] = [[40.0, 1.8, 1.03], [20.0, 1.8, 1.03], [60.0, 1.8, 1.03]];
 /// Width of the rim of a wall that slides, as a share of its radius.
@@ -39,20 +40,24 @@ const STIFFER: f64 = 2.2;
 const PLAIN: f64 = 0.5;
 
 /// The kinds of additions with their parameters, the likeliest first.
-fn kinds() -> [Vec<Addition>; 4] {
-    let sliding = |[stiffness_kpa_mm, radius_mm]: [f64; 2]| {
-        let rim_mm = RIM * radius_mm;
-        Addition::Sliding(SlidingArea { centre_mm: None, radius_mm, rim_mm, stiffness_kpa_mm })
+fn kinds() -> Vec<Vec<Addition>> {
+    let sliding = |(radius_mm, stiffnesses): (f64, [f64; 3])| {
+        let of = |stiffness_kpa_mm| {
+            let rim_mm = RIM * radius_mm;
+            Addition::Sliding(SlidingArea { centre_mm: None, radius_mm, rim_mm, stiffness_kpa_mm })
+        };
+        stiffnesses.map(of).to_vec()
     };
     let skin = |[young_kpa, thickness_mm, stretch]: [f64; 3]| {
         Addition::Skin(Membrane { thickness_mm, young_kpa, stretch })
     };
-    [
+    let mut kinds = vec![
         STIFFENING.map(Addition::Stiffening).into(),
         FIBRES.map(Addition::Fibres).into(),
-        SLIDING.map(sliding).into(),
         SKIN.map(skin).into(),
-    ]
+    ];
+    kinds.extend(SLIDING.map(sliding));
+    kinds
 }
 
 /// The tissue and how it is solved with some additions.
@@ -87,9 +92,23 @@ struct Trial {
 /// How a trial fits.
 struct Tried {
     trial: Trial,
-    kpa: f64,
     misfit_mm: f64,
-    aligned: Aligned,
+    found: Found,
+}
+
+impl Tried {
+    fn kpa(&self) -> f64 {
+        self.found.aligned.values[0].exp()
+    }
+}
+
+/// A law that was tried.
+#[derive(Clone, Debug)]
+pub struct TriedLaw {
+    /// How it fits on the coarse mesh.
+    pub fit: LawFit,
+    /// What [`super::fit_law`] goes on from.
+    pub(super) found: Found,
 }
 
 /// The laws that were tried with their probabilities, the one to be taken first, the others by how
@@ -98,11 +117,12 @@ struct Tried {
 ///
 /// # Errors
 /// When plain tissue fits in no rest state, as [`super::fit`], and when the user stops.
-pub fn laws(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Vec<LawFit>, Error> {
+pub fn laws(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Vec<TriedLaw>, Error> {
     let carried = Carried::new(question.skin, &question.coarse.mesh, question.other);
     let mut search = Search::plain(question, &carried, progress.part(0.0, 0.2))?;
     search.one_of_each_kind(progress.part(0.2, 0.5))?;
-    search.neighbours(progress.part(0.5, 0.8))?;
+    search.neighbours(progress.part(0.5, 0.75))?;
+    search.between(progress.part(0.75, 0.8))?;
     search.pairs(progress.part(0.8, 1.0))?;
     Ok(search.told())
 }
@@ -133,7 +153,7 @@ impl<'a> Search<'a> {
             (true, Some(error)) => return Err(error),
             _ => search.tried = fit.into_iter().flatten().collect(),
         }
-        search.counted = independent(&breast(&search.best().aligned, carried));
+        search.counted = independent(&breast(&search.best().found.aligned, carried));
         Ok(search)
     }
 
@@ -163,6 +183,28 @@ impl<'a> Search<'a> {
         self.add(trials, progress)
     }
 
+    /// The parameter at which the evidence of the best and of those on both sides of it, a parabola
+    /// over the logarithm of the parameter, is greatest.
+    fn between(&mut self, progress: Progress<'_>) -> Result<(), Error> {
+        let best = &self.best().trial;
+        let [addition] = best.additions.as_slice() else { return Ok(()) };
+        let alike = |tried: &&Tried| match tried.trial.additions.as_slice() {
+            [other] => {
+                tried.trial.rest == best.rest
+                    && with_strength(other, strength(addition)) == *addition
+            }
+            _ => false,
+        };
+        let of = |tried: &Tried| (strength(&tried.trial.additions[0]).ln(), self.against(tried));
+        let mut tried: Vec<(f64, f64)> = self.tried.iter().filter(alike).map(of).collect();
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let around = tried.windows(3).find(|three| three[1].0 == strength(addition).ln());
+        let Some(&[low, middle, high]) = around else { return Ok(()) };
+        let at = lowest([low, middle, high]).exp();
+        let trial = Trial { additions: vec![with_strength(addition, at)], ..best.clone() };
+        self.add(vec![trial], progress)
+    }
+
     /// A second addition beside the best, where that alone describes the breast badly.
     fn pairs(&mut self, progress: Progress<'_>) -> Result<(), Error> {
         let best = self.best();
@@ -171,7 +213,8 @@ impl<'a> Search<'a> {
             return Ok(());
         }
         let likely = 0.5 * best.trial.likely;
-        let others = kinds().into_iter().filter(|kind| !kind.contains(first));
+        let same = |other: &Addition| discriminant(other) == discriminant(first);
+        let others = kinds().into_iter().filter(|kind| !same(&kind[0]));
         let of = |kind: Vec<Addition>| Trial {
             additions: vec![*first, kind[0]],
             likely,
@@ -182,22 +225,25 @@ impl<'a> Search<'a> {
     }
 
     /// With probabilities, the one to be taken first.
-    fn told(&self) -> Vec<LawFit> {
+    fn told(&self) -> Vec<TriedLaw> {
         let weight = |tried: &Tried| tried.trial.likely * (-0.5 * self.against(tried)).exp();
         let whole: f64 = self.tried.iter().map(weight).sum();
-        let of = |tried: &Tried| LawFit {
-            additions: tried.trial.additions.clone(),
-            rest: tried.trial.rest,
-            young_kpa: tried.kpa,
-            misfit_mm: tried.misfit_mm,
-            against: self.against(tried),
-            probability: weight(tried) / whole,
+        let of = |tried: &Tried| TriedLaw {
+            fit: LawFit {
+                additions: tried.trial.additions.clone(),
+                rest: tried.trial.rest,
+                young_kpa: tried.kpa(),
+                misfit_mm: tried.misfit_mm,
+                against: self.against(tried),
+                probability: weight(tried) / whole,
+            },
+            found: tried.found.clone(),
         };
-        let mut laws: Vec<LawFit> = self.tried.iter().map(of).collect();
-        laws.sort_by(|a, b| a.against.total_cmp(&b.against));
+        let mut laws: Vec<TriedLaw> = self.tried.iter().map(of).collect();
+        laws.sort_by(|a, b| a.fit.against.total_cmp(&b.fit.against));
         // One parameter more is believed only where the scan speaks for it.
-        let possible = laws.iter().enumerate().filter(|(_, law)| law.against < DECIDES);
-        if let Some((n, _)) = possible.min_by_key(|(_, law)| law.additions.len()) {
+        let possible = laws.iter().enumerate().filter(|(_, law)| law.fit.against < DECIDES);
+        if let Some((n, _)) = possible.min_by_key(|(_, law)| law.fit.additions.len()) {
             let first = laws.remove(n);
             laws.insert(0, first);
         }
@@ -223,7 +269,7 @@ impl<'a> Search<'a> {
 
     /// Tries more, of which those count that have a solution.
     fn add(&mut self, trials: Vec<Trial>, progress: Progress<'_>) -> Result<(), Error> {
-        let pose = [self.best().aligned.pose];
+        let pose = [self.best().found.aligned.pose];
         for found in self.each(trials, &pose, progress) {
             match found {
                 Ok(tried) => self.tried.push(tried),
@@ -250,27 +296,94 @@ impl<'a> Search<'a> {
     }
 
     fn one(&self, trial: Trial, poses: &[Pose], progress: Progress<'_>) -> Result<Tried, Error> {
-        let FitQuestion { coarse, params, .. } = *self.question;
-        let (tissue, params) = with_additions(&trial.additions, &coarse.tissue, params);
-        let body = Body { tissue, ..coarse.clone() };
-        let question =
-            FitQuestion { body: &body, coarse: &body, params: &params, poses, ..*self.question };
+        let law = Lawful::new(self.question, &trial.additions);
+        let question = &FitQuestion { body: &law.coarse, poses, ..law.question(self.question) };
         let plain = self.tried.iter().find(|tried| tried.trial.rest == trial.rest);
-        let from_kpa = plain.map_or(STIFFEST_KPA, |plain| STIFFER * plain.kpa);
-        let found = search(&question, self.carried, trial.rest, from_kpa, progress.part(0.0, 0.6))?;
+        let from_kpa = plain.map_or(STIFFEST_KPA, |plain| STIFFER * plain.kpa());
+        let mut found =
+            search(question, self.carried, trial.rest, from_kpa, progress.part(0.0, 0.6))?;
         // Where the lean has no solution, the breast is compared as upright as the path has it.
-        let upright = found.aligned.clone();
-        let aligned =
-            match on_coarse(&question, self.carried, trial.rest, found, progress.part(0.6, 1.0)) {
-                Err(error) if error.kind() != Failure::Stopped => upright,
-                settled => settled?,
-            };
-        let kpa = aligned.values[0].exp();
-        let misfit_mm = misfit_mm(&aligned, self.carried);
-        let lean_deg = aligned.values.get(1).copied().unwrap_or(0.0);
+        let (aligned, rest) = (&found.aligned, trial.rest);
+        match on_coarse(question, self.carried, rest, aligned, progress.part(0.6, 1.0)) {
+            Err(error) if error.kind() != Failure::Stopped => {}
+            settled => found.aligned = settled?,
+        }
+        let misfit_mm = misfit_mm(&found.aligned, self.carried);
+        let lean_deg = found.aligned.values.get(1).copied().unwrap_or(0.0);
         if lean_deg.abs() > limits::LEANS_DEG {
             return Err(Error::Posture { lean_deg, misfit_mm });
         }
-        Ok(Tried { trial, kpa, misfit_mm, aligned })
+        Ok(Tried { trial, misfit_mm, found })
+    }
+}
+
+/// What is asked, of tissue with additions.
+pub(super) struct Lawful {
+    body: Body,
+    coarse: Body,
+    params: Params,
+}
+
+impl Lawful {
+    pub(super) fn new(question: &FitQuestion<'_>, additions: &[Addition]) -> Self {
+        let (tissue, params) = with_additions(additions, &question.body.tissue, question.params);
+        let of = |body: &Body| Body { tissue, ..body.clone() };
+        Self { body: of(question.body), coarse: of(question.coarse), params }
+    }
+
+    pub(super) fn question<'a>(&'a self, question: &FitQuestion<'a>) -> FitQuestion<'a> {
+        FitQuestion { body: &self.body, coarse: &self.coarse, params: &self.params, ..*question }
+    }
+}
+
+/// The parameter of an addition that neighbours differ by.
+fn strength(addition: &Addition) -> f64 {
+    match addition {
+        Addition::Stiffening(by) => *by,
+        Addition::Fibres(ratio) => *ratio,
+        Addition::Sliding(area) => area.stiffness_kpa_mm,
+        Addition::Skin(skin) => skin.young_kpa,
+    }
+}
+
+/// The same addition with another such parameter.
+fn with_strength(addition: &Addition, strength: f64) -> Addition {
+    match *addition {
+        Addition::Stiffening(_) => Addition::Stiffening(strength),
+        Addition::Fibres(_) => Addition::Fibres(strength),
+        Addition::Sliding(area) => {
+            Addition::Sliding(SlidingArea { stiffness_kpa_mm: strength, ..area })
+        }
+        Addition::Skin(skin) => Addition::Skin(Membrane { young_kpa: strength, ..skin }),
+    }
+}
+
+/// Where the parabola through three points, the middle one the lowest, is lowest.
+fn lowest([a, b, c]: [(f64, f64); 3]) -> f64 {
+    let (left, right) = ((b.0 - a.0) * (b.1 - c.1), (b.0 - c.0) * (b.1 - a.1));
+    let (upper, lower) = ((b.0 - a.0) * left - (b.0 - c.0) * right, left - right);
+    if lower == 0.0 { b.0 } else { b.0 - 0.5 * upper / lower }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_three_points_lies_the_lowest_of_their_parabola() {
+        let parabola = |x: f64| (x, 3.0 * (x - 0.4).powi(2) - 1.0);
+        let found = lowest([-1.0, 0.2, 2.0].map(parabola));
+        assert!((found - 0.4).abs() < 1e-12, "{found}");
+        assert_eq!(lowest([(-1.0, 2.0), (0.0, 2.0), (1.0, 2.0)]), 0.0);
+    }
+
+    #[test]
+    fn neighbours_differ_by_their_strength_alone() {
+        for kind in kinds() {
+            for addition in &kind {
+                assert_eq!(with_strength(addition, strength(addition)), *addition);
+                assert_eq!(with_strength(addition, strength(&kind[0])), kind[0]);
+            }
+        }
     }
 }

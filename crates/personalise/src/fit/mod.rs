@@ -24,10 +24,11 @@ mod tissues;
 pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
 pub use family::UPRIGHT_DEG;
-pub use laws::{laws, with_additions};
+use laws::Lawful;
+pub use laws::{TriedLaw, laws, with_additions};
 use limits::LEANS_DEG;
 pub(crate) use limits::REACH_MM;
-use search::STIFFEST_KPA;
+use search::{Found, STIFFEST_KPA};
 pub use tissues::{Tissues, moduli};
 
 use crate::Error;
@@ -131,18 +132,51 @@ pub fn compare(question: &FitQuestion<'_>, one: &FittedState, other: &FittedStat
 /// patient who lies rather than sits, or the best modulus lies at the end of what can be solved.
 pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Error> {
     let coarse = Carried::new(question.skin, &question.coarse.mesh, question.other);
-    let fine = Carried::new(question.skin, &question.body.mesh, question.other);
     // Side by side: one alone does not keep two processors busy.
-    let beside = Beside::new(progress, question.states.len());
+    let beside = Beside::new(progress.part(0.0, 0.6), question.states.len());
     let one = |(n, rest): (usize, &RestState)| {
         let watch = beside.one(n);
-        let progress = Progress::new(&watch);
-        let found =
-            search::search(question, &coarse, *rest, STIFFEST_KPA, progress.part(0.0, 0.6))?;
-        refined::refined(question, [&coarse, &fine], *rest, found, progress.part(0.6, 1.0))
+        search::search(question, &coarse, *rest, STIFFEST_KPA, Progress::new(&watch))
     };
-    let states: Vec<Result<FittedState, Error>> =
+    let found: Vec<Result<Found, Error>> =
         question.states.par_iter().enumerate().map(one).collect();
+    let found = found.into_iter().collect::<Result<_, _>>()?;
+    finished(question, &coarse, found, progress.part(0.6, 1.0))
+}
+
+/// The same with a law that was tried, from where that stands on the coarse mesh: one in several
+/// rest states.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_law(
+    question: &FitQuestion<'_>,
+    tried: &[&TriedLaw],
+    progress: Progress<'_>,
+) -> Result<Fit, Error> {
+    let coarse = Carried::new(question.skin, &question.coarse.mesh, question.other);
+    let states: Vec<RestState> = tried.iter().map(|law| law.fit.rest).collect();
+    let law = Lawful::new(question, tried.first().map_or(&[], |law| &law.fit.additions));
+    let question = FitQuestion { states: &states, ..law.question(question) };
+    let found = tried.iter().map(|law| law.found.clone()).collect();
+    finished(&question, &coarse, found, progress)
+}
+
+/// The fit on the mesh that is asked, from what was found on the coarse one in each rest state.
+fn finished(
+    question: &FitQuestion<'_>,
+    coarse: &Carried,
+    found: Vec<Found>,
+    progress: Progress<'_>,
+) -> Result<Fit, Error> {
+    let fine = Carried::new(question.skin, &question.body.mesh, question.other);
+    let beside = Beside::new(progress, found.len());
+    let one = |(n, (found, rest)): (usize, (Found, &RestState))| {
+        let watch = beside.one(n);
+        refined::refined(question, [coarse, &fine], *rest, found, Progress::new(&watch))
+    };
+    let each = found.into_par_iter().zip(question.states).enumerate().map(one);
+    let states: Vec<Result<FittedState, Error>> = each.collect();
     let states = states.into_iter().collect::<Result<Vec<_>, _>>()?;
     let choice = evidence::choice(&states, &fine);
     let mut distances = ScanDistances::default();

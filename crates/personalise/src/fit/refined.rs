@@ -97,11 +97,11 @@ pub(super) fn on_coarse(
     question: &FitQuestion<'_>,
     carried: &Carried,
     rest: RestState,
-    found: Found,
+    aligned: &Aligned,
     progress: Progress<'_>,
 ) -> Result<Aligned, Error> {
     let level = Level { question, body: question.coarse, carried, tissues: None, rest };
-    let start = Settled { aligned: found.aligned, about: None, still: true };
+    let start = Settled { aligned: aligned.clone(), about: None, still: true };
     Ok(level.settle(start, ATTEMPTS, progress)?.0.aligned)
 }
 

@@ -32,6 +32,7 @@ const ITERATIONS: usize = 40;
 const PATIENCE: usize = 25;
 
 /// What the path found.
+#[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) aligned: Aligned,
     pub(super) path: Vec<FitStep>,

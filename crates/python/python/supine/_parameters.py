@@ -53,6 +53,17 @@ class Report(TypedDict, total=False):
     """Warnings that the planner has looked at, as the page ticks them: the report says so. Default: none."""
 
 
+class Dose(TypedDict, total=False):
+    """The table `dose`."""
+
+    tolerance: float | None
+    """The same asked as an error of the dose of a kilovoltage source, which falls as 1/r³; with both the less holds
+    (%); 0.1 to 500. Default: in millimetres, by `tolerance`."""
+    at: float | None
+    """How far from the centre of the applicator, with dose.tolerance (mm); 1 to 100. Default: 17.5: the surface of
+    a sphere of 35 mm."""
+
+
 class Posture(TypedDict, total=False):
     """The table `posture`."""
 
@@ -155,8 +166,8 @@ class Wall(TypedDict, total=False):
     """Radius of the part of the wall on which it slides; over the outer third it is held more and more, with hold =
     "sliding" (mm); 1 to 500. Default: 60."""
     centre: Point | None
-    """Middle of that part, with hold = "sliding" (mm). Default: the point of the wall nearest to the skin that is
-    farthest from the wall."""
+    """Middle of that part, with hold = "sliding" (mm). Default: the point of the wall below the middle of the
+    breast."""
 
 
 class Skin(TypedDict, total=False):
@@ -297,6 +308,7 @@ class Values(Accepted, total=False):
     table: Table | None
     tumour: Tumour | None
     report: Report | None
+    dose: Dose | None
     posture: Posture | None
     region: Region | None
     mesh: Mesh | None

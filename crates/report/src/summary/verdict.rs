@@ -3,6 +3,7 @@
 use crate::words::{capital, fixed};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use supine_record::DoseTolerance;
 
 /// Whether a result may be used, and why.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, Default, PartialEq)]
@@ -11,6 +12,9 @@ pub struct Verdict {
     pub colour: Colour,
     /// How far off the tumour's place may be, with the interval's probability, for green, mm.
     pub tolerance_mm: f64,
+    /// Where that was asked as dose, what was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dose: Option<DoseTolerance>,
     /// Why: red before amber, and of each what moves the tumour most first.
     pub reasons: Vec<Reason>,
 }

@@ -102,8 +102,8 @@ impl Results {
         self.figures = session.figures().into_iter().map(shown).collect();
         self.tumour = session.peek_tumour().map(|(movement, interval)| {
             let interval = interval.as_ref();
-            let tolerance_mm = session.case().number("tolerance");
-            let reason = interval.zip(tolerance_mm).and_then(|(known, mm)| too_wide(known, mm));
+            let tolerance_mm = session.case().tolerance.mm();
+            let reason = interval.and_then(|known| too_wide(known, tolerance_mm));
             TumourShown {
                 distance_mm: movement.distance_mm,
                 length_mm: interval.map(|interval| interval.length_mm),
