@@ -23,11 +23,11 @@ pub use ellipsoid::Ellipsoid;
 pub use error::Error;
 pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
 pub use fit::{
-    BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, FittedState, Part, Tissues, TriedLaw,
-    UPRIGHT_DEG, compare, fit, fit_law, laws, moduli, with_additions,
+    BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, FittedState, Laws, Part, Tissues,
+    TriedLaw, UPRIGHT_DEG, compare, fit, fit_law, laws, moduli, with_additions,
 };
 pub use interval::{LEVEL, OtherState, TumourInterval, tumour_interval};
 pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior};
-pub use other_laws::other_laws;
+pub use other_laws::{other_laws, with_law};
 pub use question::{ARMS_MM, OtherLaw, Posture, Question, untold};
 pub use supine_record::{ModulusOrigin, UncertaintyShare, UncertaintySource};

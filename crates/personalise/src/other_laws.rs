@@ -5,11 +5,28 @@ use crate::curve::found;
 use crate::fit::with_additions;
 use crate::question::{OtherLaw, at_centre};
 use supine_fem::{Body, Load, Params, solve};
+use supine_mesh::Deformation;
 use supine_record::LawFit;
 use supine_space::{Point, Progress, Vector};
 
 /// Less probable laws are left out.
 const LEAST: f64 = 0.01;
+
+/// The deformation of plain tissue with a law that was fitted, if it has one under this load.
+///
+/// # Errors
+/// When the user stops.
+pub fn with_law(
+    law: &LawFit,
+    plain: &Body,
+    (load, params): (&Load, &Params),
+    progress: Progress<'_>,
+) -> Result<Option<Deformation>, Error> {
+    let params = Params { rest: law.rest, ..*params };
+    let (tissue, params) = with_additions(&law.additions, &plain.tissue, &params);
+    let body = Body { tissue, ..plain.clone() }.with_mean(law.young_kpa);
+    Ok(found(solve(&body, load, &params, progress))?.map(|(deformation, _)| deformation))
+}
 
 /// The laws beside the first, with how much farther they move a place in the CT (LPS, mm).
 ///
@@ -28,11 +45,8 @@ pub fn other_laws(
 ) -> Result<Vec<OtherLaw>, Error> {
     let Some(first) = laws.first() else { return Ok(vec![]) };
     let at = |law: &LawFit, progress: Progress<'_>| -> Result<Option<Vector>, Error> {
-        let params = Params { rest: law.rest, ..*params };
-        let (tissue, params) = with_additions(&law.additions, &plain.tissue, &params);
-        let body = Body { tissue, ..plain.clone() }.with_mean(law.young_kpa);
-        let solved = found(solve(&body, load, &params, progress))?;
-        Ok(solved.map(|(deformation, _)| at_centre(&deformation, place)))
+        let solved = with_law(law, plain, (load, params), progress)?;
+        Ok(solved.map(|deformation| at_centre(&deformation, place)))
     };
     let likely = |law: &&LawFit| law.probability >= LEAST && law.additions != first.additions;
     let others: Vec<&LawFit> = laws[1..].iter().filter(likely).collect();

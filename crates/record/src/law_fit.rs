@@ -44,8 +44,12 @@ pub struct LawFit {
     pub young_kpa: f64,
     /// Distance of the scan from the model's skin on the breast, mm rms.
     pub misfit_mm: f64,
+    /// The same of the scan on the table, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table_mm: Option<f64>,
     /// N ln(S/S'), S the squares of the breast's residuals with this law and S' those with the law
-    /// that fits best, N of them independent: above 10 the scan speaks against it.
+    /// that fits best, N of them independent, summed over both scans where there are two: above 10
+    /// they speak against it.
     pub against: f64,
     /// Its probability among all that were tried.
     pub probability: f64,

@@ -191,9 +191,10 @@ fn tissue(s: &Summary) -> Table {
     }
     for law in s.fit.iter().flat_map(|fit| &fit.laws) {
         let text = format!(
-            "{}; scan {} mm rms off on the breast; evidence against it {}; probability {} %",
+            "{}; scan {} mm rms off on the breast{}; evidence against it {}; probability {} %",
             law.words(),
             fixed(law.misfit_mm, 2),
+            law.table_mm.map_or(String::new(), |mm| format!(", {} on the table", fixed(mm, 2))),
             fixed(law.against, 1),
             fixed(100.0 * law.probability, 0)
         );

@@ -160,6 +160,7 @@ fn a_prediction_is_amber_until_a_scan_on_the_table_agrees() {
 fn a_law_that_the_scan_speaks_for_is_told() {
     let mut fit = example().fit.expect("a fit");
     fit.laws = vec![supine_record::LawFit {
+        table_mm: None,
         additions: vec![supine_record::Addition::Stiffening(1.5)],
         rest: fit.best().rest,
         young_kpa: 0.6,

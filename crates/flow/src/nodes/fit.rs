@@ -8,7 +8,7 @@ use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
 use crate::nodes::moduli::{ByTissue, tissue_map};
 use crate::nodes::segment::Segmented;
-use crate::shared::{TissueMap, other_breast, read_scans, skin_distance};
+use crate::shared::{PosedScan, TissueMap, landmarks, other_breast, read_scans, skin_distance};
 use crate::spec::{Case, StiffnessMap};
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -18,8 +18,8 @@ use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{Body, Params, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
 use supine_personalise::{
-    Choice, DECIDES, FitQuestion, Tissues, TriedLaw, UPRIGHT_DEG, compare, fit, fit_law, laws,
-    with_additions,
+    Carried, Choice, DECIDES, EvaluationQuestion, FitQuestion, Laws, Tissues, TriedLaw,
+    UPRIGHT_DEG, compare, evaluate, fit, fit_law, laws, with_additions, with_law,
 };
 use supine_register::Skin;
 use supine_report::{
@@ -66,6 +66,8 @@ pub(crate) struct Scans {
     states: Vec<RestState>,
     /// Whether other laws than that of the case are held against the scan.
     laws: bool,
+    /// The scan on the table, and how gravity pulls there: held against the laws too.
+    table: Option<(InputFile, Law)>,
 }
 
 /// The tissue that was fitted; none when the case names no scans.
@@ -122,7 +124,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 7;
+    const METHOD: u32 = 8;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
@@ -136,7 +138,12 @@ impl Node for Fit {
             let file = |key, path: &Option<std::path::PathBuf>| {
                 path.as_ref().map(|path| case_state.file(key, path)).transpose()
             };
+            let asked = fit.laws && case.table.is_some();
+            let table = scans.intraop.as_ref().filter(|_| asked).map(|intraop| {
+                Ok::<_, Error>((case_state.file("scans.intraop", intraop)?, Law::of(case)?))
+            });
             Ok::<_, Error>(Scans {
+                table: table.transpose()?,
                 sitting: case_state.file("scans.sitting", &fit.sitting)?,
                 supine: file("scans.supine", &fit.supine)?,
                 landmarks: file("scans.landmarks", &scans.landmarks)?,
@@ -189,8 +196,8 @@ impl Node for Fit {
         };
         let (found, laws) = match scans.laws {
             true => {
-                let tried = laws(&question, work.progress.part(0.4, 0.6)).map_err(Error::Fit)?;
-                with_law(&question, tried, work)?
+                let tried = laws(&question, work.progress.part(0.4, 0.58)).map_err(Error::Fit)?;
+                fitted(&question, on_table(scans, &question, tried, work)?.tried, work)?
             }
             false => {
                 let found = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
@@ -227,9 +234,42 @@ impl Node for Fit {
     }
 }
 
+/// The laws held against the scan on the table too, where there is one.
+fn on_table(
+    scans: &Scans,
+    question: &FitQuestion<'_>,
+    laws: Laws,
+    work: &Work<'_>,
+) -> Result<Laws, Error> {
+    let Some((file, law)) = &scans.table else { return Ok(laws) };
+    let (plain, load, params) = (question.coarse, law.load(), question.params);
+    let solved = laws.tried.iter().map(|tried| {
+        with_law(&tried.fit, plain, (&load, params), Progress::none()).map_err(Error::Fit)
+    });
+    let solved = solved.collect::<Result<Vec<_>, Error>>()?;
+    let moved: Vec<_> =
+        solved.iter().flatten().map(|found| ("law", found.displacement())).collect();
+    let marks = landmarks(scans.landmarks.as_ref())?;
+    let read = PosedScan::read(file, ("intraop", scans.unit), &marks, work)?;
+    let asked = EvaluationQuestion {
+        carried: &Carried::new(question.skin, &plain.mesh, question.other),
+        models: &moved,
+        scan: &read.scan,
+        pose: read.pose,
+        centre: question.centre,
+        tumour: question.centre,
+    };
+    let found = evaluate(&asked, work.progress.part(0.58, 0.6)).map_err(Error::Evaluation)?;
+    // The first is the CT's own skin.
+    let mut off_mm = found.spreads().skip(1).map(|(_, [_, breast])| breast.rms_mm);
+    let of_laws: Vec<_> =
+        solved.iter().map(|one| one.as_ref().and_then(|_| off_mm.next())).collect();
+    Ok(laws.with_table(&of_laws))
+}
+
 /// The fit with the law that the scan speaks for, the first of those that are possible which has a
 /// solution on this mesh, and all that were tried, that one first.
-fn with_law(
+fn fitted(
     question: &FitQuestion<'_>,
     mut tried: Vec<TriedLaw>,
     work: &Work<'_>,

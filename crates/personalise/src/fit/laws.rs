@@ -102,6 +102,58 @@ impl Tried {
     }
 }
 
+/// The laws that were tried with their probabilities, the one to be taken first, the others by how
+/// well they fit. To be taken is that with the fewest additions among those that the scans do not
+/// speak against.
+#[derive(Clone, Debug)]
+pub struct Laws {
+    /// Never empty.
+    pub tried: Vec<TriedLaw>,
+    /// Residuals of the breast that tell on their own.
+    counted: f64,
+}
+
+impl Laws {
+    /// Adds what the scan on the table says: of each law the distance of its skin from that, mm
+    /// rms. A law without a shape on the table is none.
+    #[must_use]
+    pub fn with_table(self, table_mm: &[Option<f64>]) -> Self {
+        let Self { tried, counted } = self;
+        let seen = tried.iter().zip(table_mm).filter_map(|(law, mm)| mm.map(|mm| (law, mm)));
+        let least = seen.clone().map(|(_, mm)| mm).fold(f64::INFINITY, f64::min);
+        let weighed = |(law, mm): (&TriedLaw, f64)| {
+            let off = counted * (mm / least).ln();
+            let mut law = law.clone();
+            law.fit.table_mm = Some(mm);
+            law.fit.against += 2.0 * off;
+            law.fit.probability *= (-off).exp();
+            law
+        };
+        let mut both: Vec<TriedLaw> = seen.map(weighed).collect();
+        if both.is_empty() {
+            return Self { tried, counted };
+        }
+        let against = both.iter().map(|law| law.fit.against).fold(f64::INFINITY, f64::min);
+        let whole: f64 = both.iter().map(|law| law.fit.probability).sum();
+        for law in &mut both {
+            law.fit.against -= against;
+            law.fit.probability /= whole.max(f64::MIN_POSITIVE);
+        }
+        Self { tried: in_order(both), counted }
+    }
+}
+
+/// The best first, and before it the simplest of those that are not spoken against: one parameter
+/// more is believed only where the scans speak for it.
+fn in_order(mut laws: Vec<TriedLaw>) -> Vec<TriedLaw> {
+    laws.sort_by(|a, b| a.fit.against.total_cmp(&b.fit.against));
+    let possible = laws.iter().enumerate().filter(|(_, law)| law.fit.against < DECIDES);
+    if let Some((n, _)) = possible.min_by_key(|(_, law)| law.fit.additions.len()) {
+        laws[..=n].rotate_right(1);
+    }
+    laws
+}
+
 /// A law that was tried.
 #[derive(Clone, Debug)]
 pub struct TriedLaw {
@@ -111,20 +163,18 @@ pub struct TriedLaw {
     pub(super) found: Found,
 }
 
-/// The laws that were tried with their probabilities, the one to be taken first, the others by how
-/// well they fit. To be taken is that with the fewest additions among those that the scan does not
-/// speak against.
+/// Holds laws against the scan.
 ///
 /// # Errors
 /// When plain tissue fits in no rest state, as [`super::fit`], and when the user stops.
-pub fn laws(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Vec<TriedLaw>, Error> {
+pub fn laws(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Laws, Error> {
     let carried = Carried::new(question.skin, &question.coarse.mesh, question.other);
     let mut search = Search::plain(question, &carried, progress.part(0.0, 0.2))?;
     search.one_of_each_kind(progress.part(0.2, 0.5))?;
     search.neighbours(progress.part(0.5, 0.75))?;
     search.between(progress.part(0.75, 0.8))?;
     search.pairs(progress.part(0.8, 1.0))?;
-    Ok(search.told())
+    Ok(Laws { tried: search.told(), counted: search.counted })
 }
 
 /// What was tried.
@@ -200,7 +250,7 @@ impl<'a> Search<'a> {
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         let around = tried.windows(3).find(|three| three[1].0 == strength(addition).ln());
         let Some(&[low, middle, high]) = around else { return Ok(()) };
-        let at = lowest([low, middle, high]).exp();
+        let at = two_digits(lowest([low, middle, high]).exp());
         let trial = Trial { additions: vec![with_strength(addition, at)], ..best.clone() };
         self.add(vec![trial], progress)
     }
@@ -234,20 +284,13 @@ impl<'a> Search<'a> {
                 rest: tried.trial.rest,
                 young_kpa: tried.kpa(),
                 misfit_mm: tried.misfit_mm,
+                table_mm: None,
                 against: self.against(tried),
                 probability: weight(tried) / whole,
             },
             found: tried.found.clone(),
         };
-        let mut laws: Vec<TriedLaw> = self.tried.iter().map(of).collect();
-        laws.sort_by(|a, b| a.fit.against.total_cmp(&b.fit.against));
-        // One parameter more is believed only where the scan speaks for it.
-        let possible = laws.iter().enumerate().filter(|(_, law)| law.fit.against < DECIDES);
-        if let Some((n, _)) = possible.min_by_key(|(_, law)| law.fit.additions.len()) {
-            let first = laws.remove(n);
-            laws.insert(0, first);
-        }
-        laws
+        in_order(self.tried.iter().map(of).collect())
     }
 
     /// The one that fits best.
@@ -365,9 +408,20 @@ fn lowest([a, b, c]: [(f64, f64); 3]) -> f64 {
     if lower == 0.0 { b.0 } else { b.0 - 0.5 * upper / lower }
 }
 
+/// To the digits that a scan tells.
+fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_parameter_has_two_digits() {
+        let found = [0.029_139, 1.596, 47.2].map(two_digits);
+        assert_eq!(found, [0.029, 1.6, 47.0]);
+    }
 
     #[test]
     fn between_three_points_lies_the_lowest_of_their_parabola() {

@@ -25,7 +25,7 @@ pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
 pub use family::UPRIGHT_DEG;
 use laws::Lawful;
-pub use laws::{TriedLaw, laws, with_additions};
+pub use laws::{Laws, TriedLaw, laws, with_additions};
 use limits::LEANS_DEG;
 pub(crate) use limits::REACH_MM;
 use search::{Found, STIFFEST_KPA};
