@@ -57,7 +57,7 @@ pub(crate) fn readable_in(sets: &str, item: &DataSet, tag: Tag) -> String {
 
 /// The text that bytes are in the sets of a Specific Character Set; what is no text there is read
 /// as UTF-8 or Latin-1.
-fn decode(sets: &str, bytes: &[u8]) -> String {
+pub(crate) fn decode(sets: &str, bytes: &[u8]) -> String {
     if bytes.contains(&ESCAPE) {
         return extended(sets, bytes).unwrap_or_else(|| text_of(bytes));
     }

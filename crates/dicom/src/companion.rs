@@ -1,7 +1,7 @@
 //! What goes with an exported CT: doses, structures and registrations say the same of patient,
 //! study, frame of reference and maker.
 
-use crate::character_set::{ESCAPE, question_marks};
+use crate::character_set::{ESCAPE, holds, question_marks};
 use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
 use crate::deformed::{MANUFACTURER, MODEL};
@@ -10,6 +10,7 @@ use crate::derived::{
     put_missing,
 };
 use crate::error::Error;
+use crate::form::{has_letters, set_named};
 use crate::series::Place;
 use crate::source::Source;
 use crate::whole_file::is_text;
@@ -210,17 +211,27 @@ pub(crate) fn characters(
     names: &[Tag],
     warnings: &mut Vec<Warning>,
 ) -> bool {
-    let plain = |items: &[DataSet]| items.iter().all(ascii);
-    let charset = |set: &DataSet| set.text(tags::SPECIFIC_CHARACTER_SET);
-    if names.iter().all(|&tag| plain(from.items(tag))) || charset(set) == charset(from) {
+    let items = || names.iter().flat_map(|&tag| from.items(tag));
+    if items().all(ascii) {
         return false;
     }
-    if ascii(set) {
+    let charset = set_named;
+    let fit = items().flat_map(DataSet::elements).all(|element| match &element.value {
+        Value::Bytes(bytes) if has_letters(element.vr) => holds(&charset(from), bytes),
+        _ => true,
+    });
+    if fit && charset(set) == charset(from) {
+        return false;
+    }
+    if fit && ascii(set) {
         set.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, &charset(from));
         return false;
     }
-    let text = "names of regions are written in another character set than the patient's name: letters \
-                beyond ASCII became question marks";
+    let why = match fit {
+        true => "are written in another character set than the patient's name",
+        false => "are not in the character set that their object names",
+    };
+    let text = format!("names of regions {why}: letters beyond ASCII became question marks");
     warnings.push(Warning::new("letters-replaced", text));
     true
 }
@@ -313,6 +324,22 @@ mod tests {
         let (mut set, mut warnings) = (ct(b"Doe^Jane"), Vec::new());
         assert!(!characters(&mut set, &from, &names, &mut warnings) && warnings.is_empty());
         assert_eq!(set.text(tags::SPECIFIC_CHARACTER_SET), "\\ISO 2022 IR 87");
+        // Bytes that are no text of the set that is named, and a set that is misspelt.
+        let named = |charset: &str, name: &[u8]| {
+            let mut roi = DataSet::default();
+            roi.put(tags::ROI_NAME, VR::LO, Value::Bytes(name.to_vec()));
+            let mut set = DataSet::default();
+            set.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, charset);
+            set.put_items(tags::STRUCTURE_SET_ROI_SEQUENCE, vec![roi]);
+            set
+        };
+        let mut set = ct(b"Doe^Jane");
+        let odd = named("ISO_IR 100", b"Brust\x92s GTV");
+        assert!(characters(&mut set, &odd, &names, &mut warnings) && warnings.len() == 1);
+        warnings.clear();
+        let misspelt = named("ISO-IR 192", "Brüste".as_bytes());
+        assert!(!characters(&mut set, &misspelt, &names, &mut warnings) && warnings.is_empty());
+        assert_eq!(set.text(tags::SPECIFIC_CHARACTER_SET), "ISO_IR 192");
         // Where the patient's own name needs the other set, that is told, and no code is left.
         let mut set = ct(b"M\xfcller^Eva");
         assert!(characters(&mut set, &from, &names, &mut warnings) && warnings.len() == 1);

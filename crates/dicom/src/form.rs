@@ -3,6 +3,7 @@
 //! Scanners, information systems and anonymisers write texts that are too long, ages without their
 //! unit and dates with hyphens. Readers take them; in a new object they would be our fault.
 
+use crate::character_set::{ESCAPE, decode, holds, is_known};
 use crate::data_set::{DataSet, Value, dictionary_vr};
 use crate::derived::PATIENT_AND_STUDY;
 use crate::export::{COPIED_PER_SLICE, EQUIPMENT, SCAN};
@@ -35,6 +36,9 @@ pub(crate) fn longest(vr: VR) -> Option<usize> {
     })
 }
 
+/// Most characters of a component group of a name.
+const GROUP: usize = 64;
+
 /// What is wrong with one value.
 pub(crate) fn fault(vr: VR, value: &str, longest: usize) -> Option<String> {
     // The padding to even length does not count but for numbers, which it must not exceed.
@@ -49,18 +53,44 @@ pub(crate) fn fault(vr: VR, value: &str, longest: usize) -> Option<String> {
         return Some(format!("has a value of {length} characters, {longest} fit"));
     }
     let digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
+    if matches!(vr, VR::SH | VR::LO | VR::PN | VR::CS) && value.chars().any(is_control) {
+        return Some("has control characters".into());
+    }
+    let group = value.split('=').map(|group| group.chars().count()).max().unwrap_or(0);
+    if vr == VR::PN && group > GROUP {
+        return Some(format!("has a component group of {group} characters, {GROUP} fit"));
+    }
     let formed = bare.is_empty()
         || match vr {
             VR::UI => is_uid(value),
             VR::DS => parse_ds(value).is_some(),
             VR::IS => parse_is(value).is_some(),
             VR::CS => value.chars().all(is_code),
-            VR::DA => bare.len() == 8 && digits(bare),
-            VR::TM => digits(&bare.replace('.', "")) && bare.len() >= 2,
+            VR::DA => bare.len() == 8 && digits(bare) && is_day(&bare[4..]),
+            VR::TM => digits(&bare.replace('.', "")) && bare.len() >= 2 && is_time(bare),
             VR::AS => bare.len() == 4 && digits(&bare[..3]) && bare.ends_with(['D', 'W', 'M', 'Y']),
             _ => true,
         };
     (!formed).then(|| "does not have the form of its VR".into())
+}
+
+/// Escape sequences of character sets are none.
+fn is_control(c: char) -> bool {
+    c.is_ascii_control() && c != char::from(ESCAPE)
+}
+
+/// Whether four digits are a month and a day.
+fn is_day(digits: &str) -> bool {
+    let number = |text: &str| text.parse::<u8>().unwrap_or(0);
+    (1..=12).contains(&number(&digits[..2])) && (1..=31).contains(&number(&digits[2..]))
+}
+
+/// Whether digits begin with an hour, and a minute if there is one; seconds may be leap seconds.
+fn is_time(digits: &str) -> bool {
+    let below = |from: usize, end: u8| {
+        digits.get(from..from + 2).is_none_or(|text| text.parse().is_ok_and(|n: u8| n < end))
+    };
+    below(0, 24) && below(2, 60) && below(4, 61)
 }
 
 fn is_code(c: char) -> bool {
@@ -74,7 +104,8 @@ fn is_cut(vr: VR) -> bool {
 
 /// The nearest value that has its form; empty where there is none.
 fn mended_value(vr: VR, value: &str, longest: usize) -> String {
-    let bare = value.trim_matches([' ', '\0']);
+    let plain: String = value.chars().map(|c| if is_control(c) { ' ' } else { c }).collect();
+    let bare = plain.trim();
     let digits: String = bare.chars().filter(char::is_ascii_digit).collect();
     let text = match vr {
         VR::CS => {
@@ -88,6 +119,10 @@ fn mended_value(vr: VR, value: &str, longest: usize) -> String {
             format!("{:0>3}{}", digits.trim_start_matches('0'), unit.unwrap_or('Y'))
         }
         VR::DS | VR::IS => bare.replace(',', "."),
+        VR::PN => {
+            let cut = |group: &str| group.chars().take(GROUP).collect::<String>();
+            bare.split('=').map(cut).collect::<Vec<_>>().join("=")
+        }
         _ => bare.to_owned(),
     };
     let cut: String = text.chars().take(longest).collect();
@@ -124,21 +159,100 @@ fn inherited() -> impl Iterator<Item = &'static Tag> {
     PATIENT_AND_STUDY.iter().chain(SCAN).chain(EQUIPMENT).chain(COPIED_PER_SLICE)
 }
 
-/// The set that texts are in which are not ASCII although no set is named.
-fn set_of_bytes(header: &DataSet) -> Option<&'static str> {
-    if !header.text(tags::SPECIFIC_CHARACTER_SET).is_empty() {
-        return None;
+/// How the texts of a header become texts of the set that it names.
+struct Lettering {
+    set: String,
+    /// Whether the texts are written anew in UTF-8.
+    recode: bool,
+    why: &'static str,
+}
+
+/// The set that texts are in: where none is named, one is misspelt, or they are not of the one that
+/// is named.
+fn lettering(header: &DataSet) -> Option<Lettering> {
+    let (named, set) = (header.text(tags::SPECIFIC_CHARACTER_SET), set_named(header));
+    let odd: Vec<&[u8]> = inherited()
+        .filter(|tag| header.get(**tag).is_some_and(|element| has_letters(element.vr)))
+        .filter_map(|tag| header.bytes(*tag))
+        .filter(|bytes| !bytes.is_ascii() || bytes.contains(&ESCAPE))
+        .collect();
+    let fit = |set: &str| odd.iter().all(|bytes| holds(set, bytes));
+    let other = |set: &str, recode, why| Some(Lettering { set: set.into(), recode, why });
+    if fit(&set) {
+        let why = "name their character set as no standard spells it";
+        return if set == named { None } else { other(&set, false, why) };
     }
-    let texts = inherited().filter_map(|tag| header.bytes(*tag));
-    let odd: Vec<&[u8]> = texts.filter(|bytes| !bytes.is_ascii()).collect();
-    let is_utf8 = odd.iter().all(|bytes| std::str::from_utf8(bytes).is_ok());
-    (!odd.is_empty()).then_some(if is_utf8 { "ISO_IR 192" } else { "ISO_IR 100" })
+    let why = match named.is_empty() {
+        true => "have letters but name no character set",
+        false => "are not in the character set that they name",
+    };
+    match is_known(&set) {
+        false => None,
+        true if fit("ISO_IR 192") => other("ISO_IR 192", false, why),
+        true if named.is_empty() && fit("ISO_IR 100") => other("ISO_IR 100", false, why),
+        true => other("ISO_IR 192", true, why),
+    }
+}
+
+/// The Specific Character Set that an object names, as the standard spells it.
+pub(crate) fn set_named(set: &DataSet) -> String {
+    let named = set.text(tags::SPECIFIC_CHARACTER_SET);
+    named.split('\\').map(spelt).collect::<Vec<_>>().join("\\")
+}
+
+/// Whether values are in the object's character set; others are ASCII.
+pub(crate) fn has_letters(vr: VR) -> bool {
+    matches!(vr, VR::PN | VR::LO | VR::SH | VR::ST | VR::LT | VR::UT | VR::UC)
+}
+
+/// The defined term that a name of a character set means; the name itself where that is not known.
+fn spelt(name: &str) -> String {
+    let name = name.trim();
+    let plain: String =
+        name.to_ascii_uppercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    let known = match plain.as_str() {
+        "UTF8" => "ISO_IR 192",
+        "ISO88591" | "LATIN1" | "WINDOWS1252" | "CP1252" => "ISO_IR 100",
+        "ISO88592" | "LATIN2" => "ISO_IR 101",
+        "ISO88595" => "ISO_IR 144",
+        "ASCII" | "USASCII" => "ISO_IR 6",
+        _ => "",
+    };
+    let number = plain.strip_prefix("ISOIR").filter(|n| n.bytes().all(|b| b.is_ascii_digit()));
+    let term = number.map(|number| format!("ISO_IR {number}"));
+    let term = if known.is_empty() { term } else { Some(known.into()) };
+    term.filter(|term| is_known(term)).unwrap_or_else(|| name.into())
+}
+
+/// A text that is not in its set: as Windows writes Latin-1 where that is the set, else as it is
+/// read.
+fn in_utf8(set: &str, bytes: &[u8]) -> String {
+    /// What Windows-1252 has at 0x80 to 0x9F.
+    const WINDOWS: &str = "€\u{81}‚ƒ„…†‡ˆ‰Š‹Œ\u{8d}Ž\u{8f}\u{90}‘’“”•–—˜™š›œ\u{9d}žŸ";
+    let letter = |&byte: &u8| match byte {
+        0x80..0xA0 => WINDOWS.chars().nth(usize::from(byte) - 0x80).unwrap_or('?'),
+        _ => char::from(byte),
+    };
+    match (set, std::str::from_utf8(bytes)) {
+        ("ISO_IR 192", Ok(text)) => text.into(),
+        ("" | "ISO_IR 6" | "ISO_IR 100" | "ISO_IR 192", _) => bytes.iter().map(letter).collect(),
+        _ => decode(set, bytes),
+    }
 }
 
 /// Brings what an object inherits from a header into its form.
 pub(crate) fn mend(header: &mut DataSet) {
-    if let Some(set) = set_of_bytes(header) {
-        header.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, set);
+    if let Some(Lettering { set, recode, .. }) = lettering(header) {
+        let named = set_named(header);
+        for tag in inherited().filter(|_| recode) {
+            let Some(vr) = header.get(*tag).map(|element| element.vr).filter(|vr| has_letters(*vr))
+            else {
+                continue;
+            };
+            let text = in_utf8(&named, header.bytes(*tag).unwrap_or_default());
+            header.put_text(*tag, vr, &text);
+        }
+        header.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, &set);
     }
     for (tag, vr, text) in mended(header) {
         header.put(tag, vr, Value::Bytes(text.into_bytes()));
@@ -164,9 +278,14 @@ pub(crate) fn told(header: &DataSet) -> Vec<Warning> {
             Warning::new("source-ill-formed", text)
         })
         .collect();
-    told.extend(set_of_bytes(header).map(|set| {
+    told.extend(lettering(header).map(|Lettering { set, why, .. }| {
+        let text = format!("texts of the source {why}: they are read, and exported, as {set}");
+        Warning::new("source-ill-formed", text)
+    }));
+    let id = header.text(tags::PATIENT_ID).chars().count();
+    told.extend(longest(VR::LO).filter(|most| id > *most).map(|most| {
         let text = format!(
-            "texts of the source have letters but name no character set: they are read, and exported, as {set}"
+            "the Patient ID of the source has {id} characters, where DICOM allows {most}: it is exported whole, as archives find her by it"
         );
         Warning::new("source-ill-formed", text)
     }));
@@ -176,6 +295,7 @@ pub(crate) fn told(header: &DataSet) -> Vec<Warning> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::character_set::readable;
 
     fn header(values: &[(Tag, VR, &[u8])]) -> DataSet {
         let mut set = DataSet::default();
@@ -185,7 +305,12 @@ mod tests {
 
     #[test]
     fn what_others_wrote_is_brought_into_its_form() {
-        let cases: [(Tag, VR, &[u8], &str); 9] = [
+        let long = format!("{}^Eva=Lee", "A".repeat(70));
+        let cases: [(Tag, VR, &[u8], &str); 13] = [
+            (tags::STUDY_DATE, VR::DA, b"20261350", ""),
+            (tags::STUDY_TIME, VR::TM, b"256000", ""),
+            (tags::STUDY_DESCRIPTION, VR::LO, b"CT\tBreast\r\nplan", "CT Breast  plan"),
+            (tags::PATIENT_NAME, VR::PN, long.as_bytes(), &format!("{}=Lee", "A".repeat(64))),
             (tags::ACCESSION_NUMBER, VR::SH, b"ACC-2026-0000000000012345 ", "ACC-2026-0000000"),
             (tags::PATIENT_AGE, VR::AS, b"58", "058Y"),
             (tags::PATIENT_AGE, VR::AS, b"7m", "007M"),
@@ -216,18 +341,42 @@ mod tests {
         ]);
         let before = set.clone();
         mend(&mut set);
-        assert!(set == before && told(&set).is_empty());
+        let said = told(&set);
+        assert!(set == before && said.len() == 1 && said[0].to_string().contains("Patient ID"));
     }
 
     #[test]
     fn letters_without_a_set_have_one() {
-        for (name, set) in
-            [(&b"M\xfcller^Eva"[..], "ISO_IR 100"), ("Müller".as_bytes(), "ISO_IR 192")]
-        {
-            let mut header = header(&[(tags::PATIENT_NAME, VR::PN, name)]);
-            assert_eq!(told(&header).len(), 1);
+        // The set that is named, a name, the set that it is in, and what is read then.
+        let cases: [(&[u8], &[u8], &str, &str); 9] = [
+            (b"", b"M\xfcller^Eva", "ISO_IR 100", "Müller^Eva"),
+            (b"", "Müller".as_bytes(), "ISO_IR 192", "Müller"),
+            (b"", b"O\x92Hara", "ISO_IR 192", "O’Hara"),
+            (b"ISO_IR 100", b"\x8aimkov\xe1", "ISO_IR 192", "Šimková"),
+            (b"ISO_IR 100", "Łukasz".as_bytes(), "ISO_IR 192", "Łukasz"),
+            (b"ISO-IR 100", b"M\xfcller", "ISO_IR 100", "Müller"),
+            (b"ISO8859-1", b"Mueller ", "ISO_IR 100", "Mueller"),
+            (b"UTF-8", "Müller".as_bytes(), "ISO_IR 192", "Müller"),
+            (b"ISO_IR 192", b"M\xfcller", "ISO_IR 192", "Müller"),
+        ];
+        for (named, name, set, read) in cases {
+            let mut header = header(&[
+                (tags::SPECIFIC_CHARACTER_SET, VR::CS, named),
+                (tags::PATIENT_NAME, VR::PN, name),
+            ]);
+            let said = told(&header);
+            assert!(said.len() == 1 && said[0].to_string().contains(set), "{read}: {said:?}");
             mend(&mut header);
-            assert_eq!(header.text(tags::SPECIFIC_CHARACTER_SET), set);
+            assert_eq!(header.text(tags::SPECIFIC_CHARACTER_SET), set, "{read}");
+            assert_eq!(readable(&header, tags::PATIENT_NAME), read);
+            assert!(told(&header).is_empty(), "{read}");
+        }
+        for (set, name) in [("ISO_IR 100", &b"M\xfcller"[..]), ("ISO_IR 999", b"M\xfcller")] {
+            let header = header(&[
+                (tags::SPECIFIC_CHARACTER_SET, VR::CS, set.as_bytes()),
+                (tags::PATIENT_NAME, VR::PN, name),
+            ]);
+            assert!(told(&header).is_empty(), "{set}");
         }
     }
 }

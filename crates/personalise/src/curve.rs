@@ -65,16 +65,15 @@ impl Curve {
         [soft, stiff]: [f64; 2],
         progress: Progress<'_>,
     ) -> Result<Option<Self>, Error> {
-        let mut warnings = Vec::new();
+        let mut rough_kpa = None;
         let mut steps = Steps(progress);
         let mut solve = |kpa: f64| -> Result<Option<Node>, Error> {
             let Some((node, told)) = found(solver.at(rest, kpa, steps.next()))? else {
                 return Ok(None);
             };
-            // Of a stretched prior not each solution's warnings: what the run's own solution says
-            // counts.
+            // What is told of a solution here is not told of the result: it has its own.
             if told.iter().any(|warning| warning.code() == "folded-elements") {
-                warnings.extend(told);
+                rough_kpa = Some(rough_kpa.map_or(kpa, |other: f64| other.min(kpa)));
             }
             Ok(Some(node))
         };
@@ -97,6 +96,15 @@ impl Curve {
             let Some(node) = solve(1.0 / middle)? else { break };
             nodes.insert(after + 1, node);
         }
+        let rough = rough_kpa.map(|kpa| {
+            let text = format!(
+                "with {kpa:.2} kPa, which the interval holds in the rest state `{}`, tetrahedra of its coarse mesh fold over: that end of \
+                 the interval is rough; the result is of another mesh and modulus",
+                rest.name()
+            );
+            Warning::new("interval-rough", text)
+        });
+        let warnings = rough.into_iter().collect();
         Ok(Some(Self { nodes, ends: ends_at > soft, possible_from_kpa: 0.0, warnings }))
     }
 

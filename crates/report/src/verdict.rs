@@ -27,9 +27,10 @@ const TOLD: [&str; 6] = [
     "rest-state-open",
 ];
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
-const NOTES: [&str; 15] = [
+const NOTES: [&str; 16] = [
     "dose-not-computed-anew",
     "dose-without-plan",
+    "interval-rough",
     "labels-uncertainty-unknown",
     "letters-replaced",
     "names-taken-out",

@@ -3,6 +3,7 @@
 use super::parse::UNDEFINED;
 use super::write::{pad, put_delimiter};
 use super::{DataSet, Value, dictionary_vr};
+use crate::whole_file::is_text;
 use dicom_core::dictionary::{DataDictionary as _, DataDictionaryEntry as _, VirtualVr};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::StandardDataDictionary;
@@ -56,11 +57,6 @@ fn is_read_as(tag: Tag, vr: VR) -> bool {
 
 fn is_raw(vr: VR) -> bool {
     matches!(vr, VR::OB | VR::OW)
-}
-
-fn is_text(vr: VR) -> bool {
-    use VR::{AE, AS, CS, DA, DS, DT, IS, LO, LT, PN, SH, ST, TM, UC, UI, UR, UT};
-    matches!(vr, AE | AS | CS | DA | DS | DT | IS | LO | LT | PN | SH | ST | TM | UC | UI | UR | UT)
 }
 
 fn put_set(out: &mut Vec<u8>, set: &DataSet) {

@@ -87,6 +87,8 @@ fn value_fault(element: &Element, bytes: &[u8], utf8: bool) -> Option<String> {
     let longest = match vr {
         VR::ST => return (bytes.len() > 1024).then(|| "is longer than 1024".into()),
         VR::LT => return (bytes.len() > 10240).then(|| "is longer than 10240".into()),
+        // Exported as the source has it, however long: archives find the patient by it.
+        _ if element.tag == tags::PATIENT_ID => usize::MAX,
         _ => form::longest(vr)?,
     };
     let text: String = if utf8 {
@@ -117,11 +119,7 @@ fn text_faults(set: &DataSet, sets: &str, file: &str, found: &mut Vec<String>) {
                 items.iter().for_each(|item| text_faults(item, sets, file, found));
             }
             Value::Bytes(bytes) => {
-                let text = matches!(
-                    element.vr,
-                    VR::PN | VR::LO | VR::SH | VR::ST | VR::LT | VR::UT | VR::UC
-                );
-                if text && !character_set::holds(sets, bytes) {
+                if form::has_letters(element.vr) && !character_set::holds(sets, bytes) {
                     found.push(format!("{file}: {}", element.tag));
                 }
             }

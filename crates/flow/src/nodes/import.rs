@@ -76,7 +76,7 @@ impl Imported {
 
 impl Node for Import {
     const ID: NodeId = NodeId::Import;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     const KEPT: bool = false;
     type NodeInputs = NodeInputs;
     type Parents = ();
