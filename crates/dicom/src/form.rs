@@ -56,7 +56,7 @@ pub(crate) fn fault(vr: VR, value: &str, longest: usize) -> Option<String> {
     if matches!(vr, VR::SH | VR::LO | VR::PN | VR::CS) && value.chars().any(is_control) {
         return Some("has control characters".into());
     }
-    let group = value.split('=').map(|group| group.chars().count()).max().unwrap_or(0);
+    let group = longest_group(value);
     if vr == VR::PN && group > GROUP {
         return Some(format!("has a component group of {group} characters, {GROUP} fit"));
     }
@@ -72,6 +72,11 @@ pub(crate) fn fault(vr: VR, value: &str, longest: usize) -> Option<String> {
             _ => true,
         };
     (!formed).then(|| "does not have the form of its VR".into())
+}
+
+/// Characters of the longest component group of a name.
+fn longest_group(name: &str) -> usize {
+    name.split('=').map(|group| group.chars().count()).max().unwrap_or(0)
 }
 
 /// Escape sequences of character sets are none.
@@ -264,8 +269,10 @@ pub(crate) fn told(header: &DataSet) -> Vec<Warning> {
     let mut told: Vec<Warning> = mended(header)
         .into_iter()
         .map(|(tag, vr, text)| {
+            let whole = header.text(tag);
+            let most = longest(vr).unwrap_or(usize::MAX);
             let cut = is_cut(vr)
-                && longest(vr).is_some_and(|most| header.text(tag).chars().count() > most);
+                && (whole.chars().count() > most || (vr == VR::PN && longest_group(&whole) > GROUP));
             let done = match (text.is_empty(), cut) {
                 (true, _) => "left out".into(),
                 (false, false) => "written as it must be".into(),
@@ -325,8 +332,9 @@ mod tests {
             let mut set = header(&[(tag, vr, bytes)]);
             let said = told(&set);
             assert_eq!(said.len(), 1, "{want}");
-            let cut = said[0].to_string().contains("cut to 16 characters");
-            assert_eq!(cut, tag == tags::ACCESSION_NUMBER, "{said:?}");
+            let cut = said[0].to_string().contains("cut to ");
+            let long = [tags::ACCESSION_NUMBER, tags::PATIENT_NAME].contains(&tag);
+            assert_eq!(cut, long, "{said:?}");
             mend(&mut set);
             assert_eq!((set.text(tag).as_str(), told(&set).len()), (want, 0));
         }
