@@ -190,11 +190,14 @@ fn the_modulus_and_the_rest_state_come_from_the_scans_and_the_run_goes_on_with_t
         assert!(anew == cold, "{name}");
     }
     assert_ne!(changed["evaluation"], summary["evaluation"]);
-    assert_eq!(changed["fit"], summary["fit"]);
+    // The laws are held against it too; what was fitted rests on the sitting scan.
+    assert_eq!(changed["fit"]["states"], summary["fit"]["states"]);
+    let on_table = |summary: &Value| number(&summary["fit"]["laws"][0]["table_mm"]);
+    assert!((on_table(&changed) - on_table(&summary)).abs() > 1e-3, "{changed}");
     assert!(picture() != before, "it shows the scan as it is now");
     // The summary repeats the run.
     let again = supine(&[&"fit", &out.join("summary.json"), &"--out", &out, &"--quiet", &"--json"]);
-    assert_eq!(json(again)["fit"], found["fit"]);
+    assert_eq!(json(again)["fit"], changed["fit"]);
 }
 
 #[test]
@@ -218,7 +221,10 @@ fn what_changes_in_the_scans_is_fitted_anew_as_a_cold_run_does() {
     let alone = ALL.replace('}', ", laws = false }");
     let (changed, anew) = (run(&alone, &out), cold(&alone, "cold-3"));
     assert_eq!(changed, anew);
-    assert_eq!(changed["states"], first["states"]);
+    // The fit begins elsewhere then, and ends within its tolerance.
+    let kpa = |fit: &Value| number(&fit["states"][0]["young_kpa"]);
+    assert!((kpa(&changed) / kpa(&first) - 1.0).abs() < 1e-4, "{changed}");
+    assert_eq!(changed["states"][0]["rest"], first["states"][0]["rest"]);
     assert!(first["laws"].is_array() && changed["laws"].is_null(), "{changed}");
     // Other points in the sitting scan.
     let scan = folder.path().join("sitting.ply");

@@ -195,6 +195,20 @@ impl Structures {
         }
     }
 
+    /// That something of a set whose contours have unknown types is left to carry.
+    ///
+    /// # Errors
+    /// When nothing is; the first such region is named.
+    pub fn refuse_unknown(&self) -> Result<(), Error> {
+        let is_drawn = |roi: &Roi| !(roi.contours.is_empty() && roi.lines.is_empty());
+        match self.rois.iter().find(|roi| roi.unknown_contours > 0) {
+            Some(roi) if !self.rois.iter().any(is_drawn) => {
+                Err(self.contours_of(roi, ContourError::Empty))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn contours_of(&self, roi: &Roi, source: ContourError) -> Error {
         let lines = roi.lines.len() + roi.unknown_contours;
         let (file, name) = (self.file.clone(), roi.name.clone());

@@ -152,6 +152,12 @@ fn a_set_of_open_lines_alone_is_refused_by_what_it_holds() {
     let text = open.unwrap().refuse_open().unwrap_err().to_string();
     assert!(text.contains("\"Outline\" is drawn as 2 point(s)"), "{text}");
     assert!(structures().refuse_open().is_ok());
+    // Contours of no known type are nothing in DICOM too; open lines are something there.
+    let untyped = drawn(&[("", square(1, 4.0), ""), ("", square(2, 4.0), "")]).unwrap();
+    let text = untyped.refuse_unknown().unwrap_err().to_string();
+    assert!(text.contains("Outline"), "{text}");
+    let lines = drawn(&[("OPEN_PLANAR", square(1, 4.0), ""), ("", square(2, 4.0), "")]);
+    assert!(lines.unwrap().refuse_unknown().is_ok());
     // Of a region with an inside as well, what is left out is told.
     let half = [("CLOSED_PLANAR", square(1, 4.0), ""), ("OPEN_PLANAR", square(2, 4.0), "")];
     let half = drawn(&[half.as_slice(), &[("", square(0, 4.0), "")]].concat()).unwrap();

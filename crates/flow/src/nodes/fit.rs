@@ -196,7 +196,7 @@ impl Node for Fit {
         };
         let (found, laws) = match scans.laws {
             true => {
-                let tried = laws(&question, work.progress.part(0.4, 0.58)).map_err(Error::Fit)?;
+                let tried = laws(&question, work.progress.part(0.4, 0.57)).map_err(Error::Fit)?;
                 fitted(&question, on_table(scans, &question, tried, work)?.tried, work)?
             }
             false => {
@@ -244,7 +244,8 @@ fn on_table(
     let Some((file, law)) = &scans.table else { return Ok(laws) };
     let (plain, load, params) = (question.coarse, law.load(), question.params);
     let solved = laws.tried.iter().map(|tried| {
-        with_law(&tried.fit, plain, (&load, params), Progress::none()).map_err(Error::Fit)
+        let part = work.progress.part(0.57, 0.58);
+        with_law(&tried.fit, plain, (&load, params), part).map_err(Error::Fit)
     });
     let solved = solved.collect::<Result<Vec<_>, Error>>()?;
     let moved: Vec<_> =

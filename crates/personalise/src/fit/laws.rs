@@ -251,6 +251,9 @@ impl<'a> Search<'a> {
         let around = tried.windows(3).find(|three| three[1].0 == strength(addition).ln());
         let Some(&[low, middle, high]) = around else { return Ok(()) };
         let at = two_digits(lowest([low, middle, high]).exp());
+        if [low, middle, high].iter().any(|(other, _)| (other - at.ln()).abs() < 1e-9) {
+            return Ok(());
+        }
         let trial = Trial { additions: vec![with_strength(addition, at)], ..best.clone() };
         self.add(vec![trial], progress)
     }

@@ -94,6 +94,7 @@ impl CarryJob<'_> {
         progress: Progress<'_>,
     ) -> Result<CarriedStructures, Error> {
         let (given, mut warnings) = self.context.structures(path)?;
+        given.refuse_unknown().map_err(Error::Carried)?;
         if out.is_none() {
             // Points and open lines come out in DICOM only: nothing would be left.
             given.refuse_open().map_err(Error::Carried)?;
