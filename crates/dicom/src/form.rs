@@ -166,6 +166,8 @@ fn inherited() -> impl Iterator<Item = &'static Tag> {
 
 /// How the texts of a header become texts of the set that it names.
 struct Lettering {
+    /// The set that is named, as the standard spells it.
+    named: String,
     set: String,
     /// Whether the texts are written anew in UTF-8.
     recode: bool,
@@ -182,7 +184,9 @@ fn lettering(header: &DataSet) -> Option<Lettering> {
         .filter(|bytes| !bytes.is_ascii() || bytes.contains(&ESCAPE))
         .collect();
     let fit = |set: &str| odd.iter().all(|bytes| holds(set, bytes));
-    let other = |set: &str, recode, why| Some(Lettering { set: set.into(), recode, why });
+    let other = |other: &str, recode, why| {
+        Some(Lettering { named: set.clone(), set: other.into(), recode, why })
+    };
     if fit(&set) {
         let why = "name their character set as no standard spells it";
         return if set == named { None } else { other(&set, false, why) };
@@ -247,15 +251,13 @@ fn in_utf8(set: &str, bytes: &[u8]) -> String {
 
 /// Brings what an object inherits from a header into its form.
 pub(crate) fn mend(header: &mut DataSet) {
-    if let Some(Lettering { set, recode, .. }) = lettering(header) {
-        let named = set_named(header);
+    if let Some(Lettering { named, set, recode, .. }) = lettering(header) {
         for tag in inherited().filter(|_| recode) {
-            let Some(vr) = header.get(*tag).map(|element| element.vr).filter(|vr| has_letters(*vr))
-            else {
-                continue;
-            };
-            let text = in_utf8(&named, header.bytes(*tag).unwrap_or_default());
-            header.put_text(*tag, vr, &text);
+            let vr = header.get(*tag).map(|element| element.vr).filter(|vr| has_letters(*vr));
+            if let (Some(vr), Some(bytes)) = (vr, header.bytes(*tag)) {
+                let text = in_utf8(&named, bytes);
+                header.put_text(*tag, vr, &text);
+            }
         }
         header.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, &set);
     }
