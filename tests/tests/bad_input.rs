@@ -219,6 +219,24 @@ fn values_that_cannot_be() {
 }
 
 #[test]
+fn a_volume_that_holds_no_hounsfield_units_is_refused_by_check_too() {
+    let folder = scratch();
+    let head = "NRRD0004\ntype: short\ndimension: 3\nsizes: 20 20 20\nspace: left-posterior-superior\n\
+                space directions: (9,0,0) (0,9,0) (0,0,9)\nspace origin: (0,-300,-700)\n\
+                encoding: raw\nendian: little\n\n";
+    for (air, code) in [(-1000i16, None), (24, Some(INPUT))] {
+        let hu = (0..8000).map(|n| if n % 20 < 9 { air } else { air + 1040 });
+        let bytes: Vec<u8> = head.bytes().chain(hu.flat_map(i16::to_le_bytes)).collect();
+        std::fs::write(folder.path().join("ct.nrrd"), bytes).expect("it is written");
+        let case = Case::small().with("ct", "\"ct.nrrd\"").write(folder.path());
+        let said = supine(&[&"check", &case]);
+        let refused = said.stderr.contains("cannot be Hounsfield units");
+        assert_eq!(refused, code.is_some(), "{}", said.stderr);
+        assert!(code.is_none() || said.code == code, "{}", said.stderr);
+    }
+}
+
+#[test]
 fn an_unknown_key_names_the_nearest_known_one() {
     for (key, value, names) in [
         ("tumor", "{ radius = 9.0 }", ["tumor", "`tumour`"]),

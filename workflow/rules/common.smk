@@ -15,8 +15,10 @@ NAME = r"[A-Za-z0-9][A-Za-z0-9._-]*"
 
 
 def keys_of(schema, path=""):
-    """The keys of a case file, and whether each names files."""
+    """The keys of a case file, and whether each names files; former names are left out."""
     for key, of in schema["properties"].items():
+        if of.get("deprecated"):
+            continue
         if "properties" in of:
             yield path + key, False
             yield from keys_of(of, f"{path}{key}.")
@@ -65,8 +67,8 @@ def read_cases(table):
         rows = list(reader)
     for column in reader.fieldnames:
         if column and column not in (*KEYS, "name", "case"):
-            near = difflib.get_close_matches(column, KEYS, 1)
-            hint = f"; did you mean {near[0]}?" if near else ""
+            near = difflib.get_close_matches(column, [*KEYS, *FORMER], 1)
+            hint = f"; did you mean {FORMER.get(near[0], near[0])}?" if near else ""
             raise WorkflowError(f"{table}: the column {column!r} is no key of a case file{hint}")
     cases = {}
     for line, row in enumerate(rows, start=2):

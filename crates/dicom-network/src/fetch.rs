@@ -165,7 +165,8 @@ fn not_one(call: &Call, spec: &QuerySpec, studies: &[Found]) -> String {
     if studies.iter().all(|found| found.entry.study == *uid) {
         let (peer, count) = (&call.peer, studies.len());
         return format!(
-            "{peer} lists the study {uid} for {count} patients: name the one who is meant with --patient-id"
+            "{peer} lists the study {uid} for {count} patients: name the one who is meant with --patient-id \
+             (Patient IDs are not shown)"
         );
     }
     let uids: Vec<String> =

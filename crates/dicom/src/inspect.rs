@@ -329,7 +329,7 @@ fn look_at_pixels(
         .collect();
     let mut pixels = PixelReport { slices: Vec::new(), failed: Vec::new() };
     let (mut tally, mut padding, mut clipped) = (Tally::default(), Vec::new(), 0);
-    let mut zeros = None;
+    let mut behind = None;
     for one in decoded {
         match one {
             Ok(seen) => {
@@ -337,7 +337,7 @@ fn look_at_pixels(
                 tally.join(seen.tally);
                 padding.push(seen.padding);
                 clipped += seen.clipped;
-                zeros = zeros.or(seen.zeros);
+                behind = behind.or(seen.behind);
             }
             Err(stopped @ Error::Stopped(_)) => return Err(stopped),
             Err(error) => pixels.failed.push(error.to_string()),
@@ -350,7 +350,7 @@ fn look_at_pixels(
     if let (true, Some(reason)) = (report.usable, fault) {
         (report.usable, report.reason) = (false, Some(reason));
     }
-    report.warnings.extend(zeros);
+    report.warnings.extend(behind);
     report.warnings.extend(of_values(&Padding::join(padding), clipped));
     report.pixels = Some(pixels);
     Ok(())
@@ -362,7 +362,7 @@ struct SliceSeen {
     tally: Tally,
     padding: Padding,
     clipped: usize,
-    zeros: Option<Warning>,
+    behind: Option<Warning>,
 }
 
 impl SliceSeen {
@@ -375,7 +375,7 @@ impl SliceSeen {
         let bytes: Vec<u8> = hu.iter().flat_map(|v| v.to_le_bytes()).collect();
         let sha256 = format!("{:x}", Sha256::digest(&bytes));
         let pixels = SlicePixels { file: slice.file.clone(), hu_range: tally.range(), sha256 };
-        Ok(Self { pixels, tally, padding, clipped, zeros: opened.told_zeros() })
+        Ok(Self { pixels, tally, padding, clipped, behind: opened.told_behind() })
     }
 }
 

@@ -87,6 +87,7 @@ pub use object_file::{
     Identifier, NOT_USABLE, ObjectFile, ObjectFiles, Owner, class_name, file_header,
     implementation, implicit_data_set, is_ct, is_registration, is_uid, object_files, syntax_name,
 };
+pub use plausible::refuse_implausible;
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, read_series};
 pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};

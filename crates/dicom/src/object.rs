@@ -1,9 +1,10 @@
 //! Single objects that are no slices: opening them, and telling which they are.
 
-use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
+use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
+use supine_space::Warning;
 
 /// Objects that hold regions of the patient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +82,14 @@ pub(crate) struct Object {
     pub(crate) file: String,
     pub(crate) set: DataSet,
     pub(crate) syntax: TransferSyntax,
+    /// Bytes behind the last element.
+    behind: usize,
+}
+
+/// That files are longer than what they hold, by so many bytes.
+pub(crate) fn told_behind(bytes: usize) -> Option<Warning> {
+    const TEXT: &str = "files go on behind their last element, with zeros or with what is no DICOM; that was passed over";
+    (bytes > 0).then(|| Warning::new("bytes-behind-data", TEXT))
 }
 
 impl Object {
@@ -88,8 +97,14 @@ impl Object {
     pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         let file = name(path);
         let mut container = Container::open(path).map_err(|e| opened(e, path, &file))?;
-        let set = container.data(Until::End).map_err(|e| opened(e, path, &file))?.set;
-        Ok(Self { file, set, syntax: container.syntax })
+        let Parsed { set, behind, .. } =
+            container.data(Until::End).map_err(|e| opened(e, path, &file))?;
+        Ok(Self { file, set, syntax: container.syntax, behind })
+    }
+
+    /// That the file is longer than what it holds.
+    pub(crate) fn told_behind(&self) -> Option<Warning> {
+        told_behind(self.behind)
     }
 
     pub(crate) fn unsupported<T>(&self, what: impl Into<String>) -> Result<T, Error> {

@@ -19,6 +19,14 @@ pub(crate) struct Tally {
 const AIR: RangeInclusive<i16> = -1100..=-600;
 /// HU of fat, muscle and water.
 const SOFT: RangeInclusive<i16> = -300..=300;
+/// Refuses values that cannot be HU of a patient in air; the CT may have come in any format.
+///
+/// # Errors
+/// [`Error::NotHounsfield`].
+pub fn refuse_implausible(hu: &[i16]) -> Result<(), Error> {
+    Tally::of(hu).plausible().map(|_| ())
+}
+
 /// Values that are counted at a time.
 const PART: usize = 1 << 15;
 /// Share of the voxels that each must have.

@@ -8,6 +8,7 @@ use crate::folder::{CtFile, Folder, Series};
 use crate::form;
 use crate::geometry::{Stack, stack};
 use crate::multi_frame;
+use crate::object::told_behind;
 use crate::padding::Padding;
 use crate::pixel_format::Frame;
 use crate::pixels;
@@ -244,8 +245,8 @@ pub(crate) struct Opened {
     data: DataSet,
     /// The header of each frame when the file holds several.
     frames: Vec<DataSet>,
-    /// Zeros behind the last element, bytes.
-    zeros: usize,
+    /// Bytes behind the last element.
+    behind: usize,
 }
 
 impl Opened {
@@ -260,11 +261,11 @@ impl Opened {
             OpenError::Malformed { reason, .. } => Error::Malformed { file: file.clone(), reason },
         };
         let mut container = Container::open(path).map_err(opened)?;
-        let Parsed { set: mut data, zeros, .. } = container.data(Until::End).map_err(opened)?;
+        let Parsed { set: mut data, behind, .. } = container.data(Until::End).map_err(opened)?;
         container.identify(&mut data);
         let several = slice.frame != Frame::ONLY;
         let frames = if several { multi_frame::headers(file, &data)? } else { Vec::new() };
-        Ok(Self { syntax: container.syntax, data, frames, zeros })
+        Ok(Self { syntax: container.syntax, data, frames, behind })
     }
 
     /// Decodes a slice whose first voxel is `start` into its HU.
@@ -276,7 +277,7 @@ impl Opened {
         };
         form::mend(&mut header);
         let mut slice = slice.clone();
-        slice.warnings.extend(self.told_zeros());
+        slice.warnings.extend(self.told_behind());
         let source = SourceSlice { header, slice };
         Ok(Decoded { source, padding, clipped })
     }
@@ -296,8 +297,8 @@ impl Opened {
     }
 
     /// That the file is longer than what it holds.
-    pub(crate) fn told_zeros(&self) -> Option<Warning> {
-        (self.zeros > 0).then(|| Warning::new("zeros-behind-data", ZEROS))
+    pub(crate) fn told_behind(&self) -> Option<Warning> {
+        told_behind(self.behind)
     }
 
     /// The HU of a slice as its numbers say, padding included.
@@ -311,9 +312,6 @@ impl Opened {
         pixels::samples(&slice.file, &self.data, &self.syntax, slice.pixels, slice.frame)
     }
 }
-
-/// Said of files that are longer than what they hold.
-const ZEROS: &str = "files go on with zeros behind their last element; they were passed over";
 
 fn rescale(slice: &Slice, samples: &[u16], hu: &mut [i16]) {
     let table = slice.rescale.table(slice.pixels);

@@ -262,17 +262,22 @@ pub(crate) fn is_meta_image(path: &Path) -> bool {
     file::has_suffix(path, ".mha")
 }
 
-/// Refuses what ends in none of the endings of volumes; the other formats have been seen to.
+/// Refuses what ends in none of the endings of volumes; the other formats have been seen to. A
+/// segmentation of 3D Slicer (`.seg.nrrd`) holds labels alone.
 fn only_nrrd_too(path: &Path, what: &str) -> Result<(), Error> {
-    if file::has_suffix(path, ".nrrd") {
+    if is_plain_nrrd(path) {
         return Ok(());
     }
     let reason = format!("{what} is written as .nrrd, .nii, .nii.gz or .mha");
     Err(Error::Unwritable { path: path.into(), reason })
 }
 
+fn is_plain_nrrd(path: &Path) -> bool {
+    file::has_suffix(path, ".nrrd") && !file::has_suffix(path, ".seg.nrrd")
+}
+
 fn only_nrrd(path: &Path, what: &str) -> Result<(), Error> {
-    if file::has_suffix(path, ".nrrd") {
+    if is_plain_nrrd(path) {
         Ok(())
     } else {
         let reason = format!("{what} is written as .nrrd only");

@@ -150,6 +150,10 @@ fn meta_images_hold_fields_labels_and_their_notes() {
     let labels = Volume::from_fn(grid(), |[i, ..]| [0, 300][i % 2]);
     let scalar = labels.map(|&v| f32::from(v) + 0.5);
     write_scalar(&scalar, &path, Progress::none()).unwrap();
+    // A segmentation of 3D Slicer holds labels alone.
+    let segmentation = folder.path().join("s.seg.nrrd");
+    let told = write_scalar(&scalar, &segmentation, Progress::none()).unwrap_err().to_string();
+    assert!(told.contains("written as .nrrd, .nii") && !segmentation.exists(), "{told}");
     let read = read_any_volume(&path, None, Progress::none()).unwrap();
     assert!(matches!(read, AnyVolume::Scalar(read) if read == scalar));
     let whole = labels.map(|&v| f32::from(v));

@@ -362,7 +362,7 @@ impl<'a> Job<'a> {
             let [x, y, z] = info.solve.min_det_f_mm;
             let text = format!(
                 "the tissue around [{x:.1}, {y:.1}, {z:.1}] mm (LPS, in the CT) is squeezed to {:.2} of \
-                 its volume (below {SQUEEZED_DET_F}): its law is out of its depth there",
+                 its volume without load (below {SQUEEZED_DET_F}): its law is out of its depth there",
                 info.solve.min_det_f
             );
             warn("squeezed-tissue", text);

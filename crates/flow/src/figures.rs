@@ -77,7 +77,7 @@ impl Session {
             all.push(figure(NodeId::Solve, "largest displacement", most));
             let volume = format!("{:.2} to {:.2}", of.min_det_f, of.max_det_f);
             all.push(judged(
-                figure(NodeId::Solve, "volume of tissue (1: kept)", volume),
+                figure(NodeId::Solve, "elements, volume over that without load", volume),
                 of.min_det_f,
                 SQUEEZED,
             ));

@@ -266,13 +266,14 @@ impl Hub {
         }
     }
 
-    /// The shape that belongs to it; it is carried on for those who want the region.
-    pub(crate) fn shape(&self, shape: Shape) {
+    /// The shape of an answer to come; it is carried on for those who want the region.
+    pub(crate) fn shape(&self, shape: Shape) -> Arc<Shape> {
         let shape = Arc::new(shape);
+        *lock(&self.newest) = Some(Arc::clone(&shape));
         if self.wanted().1 {
             self.region.put(Arc::clone(&shape));
         }
-        *lock(&self.newest) = Some(shape);
+        shape
     }
 
     /// The newest shape.

@@ -58,6 +58,8 @@ pub(crate) fn follow(
         let again = before.filter(|(before, _)| before.arrived == wanted.arrived);
         let same = |(_, target): &(Wanted, Point)| (target - tissue.target).norm() < SAME_MM;
         let repeats = !tissue.settled && again.as_ref().is_some_and(same);
+        // Before the answer: who hears it and asks for the surface gets that of this answer.
+        let shape = hub.shape(Shape { deformation, stamp: wanted.stamp });
         if !repeats {
             hub.publish(answer);
         }
@@ -66,8 +68,7 @@ pub(crate) fn follow(
             counts.predicted += u64::from(again.is_none() && !tissue.settled);
         });
         open = (!tissue.settled).then_some((wanted, tissue.target));
-        send_surface(hub, &deformation, &answer);
-        hub.shape(Shape { deformation, stamp: wanted.stamp });
+        send_surface(hub, &shape);
         if let Some(record) = record.as_deref_mut() {
             record.answer(&answer)?;
         }
@@ -76,12 +77,12 @@ pub(crate) fn follow(
     Ok(())
 }
 
-fn send_surface(hub: &Hub, deformation: &supine_mesh::Deformation, answer: &Answer) {
+fn send_surface(hub: &Hub, shape: &Shape) {
     if !hub.wanted().0 {
         return;
     }
     let mut bytes = vec![];
-    messages::surface(deformation, &hub.surface, answer.stamp, hub.frame).write(&mut bytes);
+    messages::surface(&shape.deformation, &hub.surface, shape.stamp, hub.frame).write(&mut bytes);
     let bytes = Arc::new(bytes);
     hub.each_peer(|outbox| {
         if outbox.streams().surface {

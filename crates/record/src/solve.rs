@@ -14,11 +14,11 @@ pub struct Solve {
     pub load_steps: usize,
     /// Residual at the end, relative to the load.
     pub residual: f64,
-    /// Smallest det F over all integration points.
+    /// Smallest det F over all integration points, against the tissue's shape without load.
     pub min_det_f: f64,
     /// Middle of the tetrahedron with it, in the CT, LPS, mm.
     pub min_det_f_mm: [f64; 3],
-    /// Largest det F over all integration points.
+    /// Largest det F over all integration points, against the tissue's shape without load.
     pub max_det_f: f64,
     /// Largest displacement of a node, mm.
     pub max_displacement_mm: f64,

@@ -486,6 +486,12 @@ pub fn summary_schema() -> serde_json::Value {
 }
 
 impl Summary {
+    /// The local change of volume that is told: det F of all simulated tissue from the CT to the
+    /// table; where it was not sampled, that of the map that carries the CT.
+    pub fn local_volume(&self) -> &Jacobian {
+        self.volumes.first().map_or(&self.warp.jacobian, |tissue| &tissue.jacobian)
+    }
+
     /// Version of its structure: 3 since the tumour's interval and the verdict stand in it.
     pub const SCHEMA: u32 = 3;
 

@@ -75,10 +75,14 @@ pub(crate) fn key(s: &Summary) -> Table {
             order(tissue.order),
         ),
     );
-    let j = s.volumes.first().map_or(&s.warp.jacobian, |tissue| &tissue.jacobian);
+    let j = s.local_volume();
     t.row(
         "Local volume change",
-        format!("{} to {} (Jacobian of the tissue; 1 is none)", fixed(j.min, 2), fixed(j.max, 2)),
+        format!(
+            "{} to {} (det F of the tissue from the CT to the table; 1 is none)",
+            fixed(j.min, 2),
+            fixed(j.max, 2)
+        ),
     );
     t
 }
@@ -479,10 +483,6 @@ fn solve(s: &Summary) -> Table {
     t.row("Newton iterations", format!("{} in {steps}", m.iterations));
     t.row("Indefinite tangents", m.indefinite.to_string());
     t.row("Residual", format!("{:.1e} of the load", m.residual));
-    t.row(
-        "Volume change of the tissue (det F)",
-        format!("{} to {}", fixed(m.min_det_f, 2), fixed(m.max_det_f, 2)),
-    );
     t.row("Largest displacement", format!("{} mm", fixed(m.max_displacement_mm, 2)));
     if let Some(k) = m.spring_kpa_mm {
         t.row("Springs at the cut, mean stiffness", format!("{} kPa/mm", fixed(k, 4)));
@@ -495,16 +495,12 @@ fn solve(s: &Summary) -> Table {
 
 fn warp(s: &Summary) -> Table {
     let mut t = Table::facts("Warp");
-    let (w, j) = (&s.warp, &s.warp.jacobian);
+    let w = &s.warp;
     t.row("Interpolation", s.parameters.interpolation.clone());
     t.row("Fade at the cut", format!("{} mm", fixed(w.fade_mm, 1)));
     t.row("Voxels resampled", count(w.moved_voxels));
     t.row("Voxels vacated (air)", count(w.vacated_voxels));
     t.row("Voxels folded", count(w.folded_voxels));
-    let map = "Volume change of the exported map, with its fade (Jacobian)";
-    t.row(map, format!("{} to {}", fixed(j.min, 3), fixed(j.max, 3)));
-    let (low, mean, high) = (fixed(j.p01, 3), fixed(j.mean, 3), fixed(j.p99, 3));
-    t.row("The same at 1 %, mean, 99 % of the voxels", format!("{low}, {mean}, {high}"));
     let whole = w.dense.iter().filter(|thing| thing.fate == DenseFate::Whole).count();
     if !w.dense.is_empty() {
         let text = format!("{} found, {whole} moved whole", w.dense.len());

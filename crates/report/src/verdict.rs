@@ -168,7 +168,8 @@ fn tumour(summary: &Summary) -> Vec<Reason> {
     let apart = ((x - a).powi(2) + (y - b).powi(2) + (z - c).powi(2)).sqrt() - ball.radius_mm;
     if min < SQUEEZED {
         let text = format!(
-            "Tissue {} mm from the tumour is squeezed to {} of its volume: its law does not hold there.",
+            "Tissue {} mm from the tumour is squeezed to {} of its volume without load: its law does not \
+             hold there.",
             fixed(apart.max(0.0), 0),
             fixed(min, 2)
         );

@@ -6,7 +6,7 @@ use supine_space::{Failure, Grid, Matrix, Point, Vector};
 
 /// Contours of one plane, and a contour and its plane, may lie this far apart, mm: positions are
 /// written with one or two decimals.
-const SAME_PLANE_MM: f64 = 0.1;
+pub const SAME_PLANE_MM: f64 = 0.1;
 /// Widest gap between planes that is bridged beside two usual steps, mm.
 const BRIDGED_MM: f64 = 10.0;
 
@@ -60,13 +60,16 @@ pub enum ContourError {
     /// A contour is not parallel to the slices.
     #[error(
         "contour {number} is not parallel to the slices of the CT (it spans {spread_mm:.2} mm \
-         across them)"
+         across them; its corner at {} lies furthest from its plane)",
+        place(at)
     )]
     NotParallel {
         /// Number of the contour, from 1.
         number: usize,
         /// Its extent along the k axis, mm.
         spread_mm: f64,
+        /// The corner furthest from the others' plane, LPS, mm.
+        at: [f64; 3],
     },
     /// A corner lies where nothing of the CT can be.
     #[error(
@@ -214,20 +217,47 @@ fn overlap_of(grid: &Grid, planes: &[Plane]) -> Option<Overlap> {
 
 /// The contours by plane, ascending along k.
 fn planes(grid: &Grid, contours: &[Vec<Point>], rule: Rule) -> Result<Vec<Plane>, ContourError> {
-    let step = grid.spacing().z;
+    let mm = [grid.spacing().x, grid.spacing().y];
+    let outlined = |(k, contours)| Plane { k, outlines: Outlines::new(contours, mm, rule) };
+    let planes = contours_by_plane(grid, contours, Vector::repeat(1.0))?;
+    Ok(planes.into_par_iter().map(outlined).collect())
+}
+
+/// Places of planes, and the contours of each.
+pub type ByPlane = Vec<(f64, Vec<Vec<[f64; 2]>>)>;
+
+/// Closed contours by the planes parallel to the slices in which they lie, ascending: the place of
+/// each plane along the k axis, and its contours along i and j; all in voxels times `unit`, which
+/// is 1 for continuous indices and the grid's spacing for mm. Contours of fewer than three corners
+/// are left out.
+///
+/// # Errors
+/// When a contour is not parallel to the slices, or none is left.
+pub fn contours_by_plane(
+    grid: &Grid,
+    contours: &[Vec<Point>],
+    unit: Vector,
+) -> Result<ByPlane, ContourError> {
+    let step = grid.spacing().z / unit.z;
     let mut placed = Vec::new();
     for (n, contour) in contours.iter().enumerate().filter(|(_, c)| c.len() >= 3) {
-        let index: Vec<[f64; 3]> = contour.iter().map(|p| grid.index_from_patient(p)).collect();
+        let index = contour.iter().map(|p| {
+            let index = grid.index_from_patient(p);
+            [0, 1, 2].map(|a| index[a] * unit[a])
+        });
+        let index: Vec<[f64; 3]> = index.collect();
         let low = index.iter().map(|v| v[2]).fold(f64::INFINITY, f64::min);
         let high = index.iter().map(|v| v[2]).fold(f64::NEG_INFINITY, f64::max);
         let spread_mm = (high - low) * step;
         if spread_mm.is_nan() || spread_mm > SAME_PLANE_MM {
-            return Err(ContourError::NotParallel { number: n + 1, spread_mm });
+            let at = off_plane(&index).map_or(contour[0], |corner| contour[corner]);
+            let at = at.coords.into();
+            return Err(ContourError::NotParallel { number: n + 1, spread_mm, at });
         }
         placed.push((0.5 * (low + high), index.iter().map(|v| [v[0], v[1]]).collect()));
     }
     placed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut planes: Vec<(f64, Vec<Vec<[f64; 2]>>)> = Vec::new();
+    let mut planes = ByPlane::new();
     for (k, contour) in placed {
         match planes.last_mut() {
             Some((at, contours)) if (k - *at) * step <= SAME_PLANE_MM => contours.push(contour),
@@ -237,9 +267,14 @@ fn planes(grid: &Grid, contours: &[Vec<Point>], rule: Rule) -> Result<Vec<Plane>
     if planes.is_empty() {
         return Err(ContourError::Empty);
     }
-    let mm = [grid.spacing().x, grid.spacing().y];
-    let outlined = |(k, contours)| Plane { k, outlines: Outlines::new(contours, mm, rule) };
-    Ok(planes.into_par_iter().map(outlined).collect())
+    Ok(planes)
+}
+
+/// The corner that lies furthest along k from where half of them do.
+fn off_plane(index: &[[f64; 3]]) -> Option<usize> {
+    let middle = median(&mut index.iter().map(|v| v[2]).collect::<Vec<_>>())?;
+    let off = |n: &usize| (index[*n][2] - middle).abs();
+    (0..index.len()).max_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 /// One slice.

@@ -1,6 +1,6 @@
 //! Volume and centroid of a solid that is drawn as contours.
 
-use crate::contours::{ContourError, Overlap, fill_contours, widest_bridged_mm};
+use crate::contours::{ContourError, Overlap, SAME_PLANE_MM, fill_contours, widest_bridged_mm};
 use crate::{Outlines, Rule, median};
 use std::cmp::Ordering;
 use supine_space::{Grid, Matrix, Point, Vector};
@@ -9,8 +9,6 @@ use supine_space::{Grid, Matrix, Point, Vector};
 const PIXELS: f64 = 256.0;
 /// Most planes that the contours are looked at on.
 const MAX_PLANES: f64 = 512.0;
-/// Contours nearer than this lie in one plane, mm.
-const SAME_PLANE_MM: f64 = 0.1;
 
 /// Gaps wider than this many usual steps are told.
 const USUAL_STEPS: f64 = 1.5;
@@ -143,11 +141,19 @@ fn closed(contours: &[Vec<Point>]) -> impl Iterator<Item = &Vec<Point>> {
     contours.iter().filter(|c| c.len() >= 3)
 }
 
-/// The normal of the largest contour.
+/// The normal of the largest contour whose corners lie in one plane; of the largest, where none's
+/// do. One corner off its plane tilts the normal of its contour, and all others would seem oblique.
 fn normal_of(contours: &[Vec<Point>]) -> Option<Vector> {
-    let areas = closed(contours).map(|contour| area(contour));
-    let largest = areas.max_by(|a, b| a.norm().total_cmp(&b.norm()));
-    largest.filter(|a| a.norm() > 0.0 && a.norm().is_finite()).map(|a| a.normalize())
+    let mut all: Vec<(Vector, &Vec<Point>)> = closed(contours).map(|c| (area(c), c)).collect();
+    all.retain(|(a, _)| a.norm() > 0.0 && a.norm().is_finite());
+    all.sort_by(|a, b| b.0.norm().total_cmp(&a.0.norm()));
+    let is_flat = |(a, contour): &&(Vector, &Vec<Point>)| {
+        let depths = contour.iter().map(|p| p.coords.dot(&a.normalize()));
+        let ends =
+            depths.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+        ends[1] - ends[0] <= SAME_PLANE_MM
+    };
+    all.iter().find(is_flat).or(all.first()).map(|(a, _)| a.normalize())
 }
 
 /// The planes of closed contours along their normal, ascending: place, mm, and a corner of each.
@@ -234,6 +240,23 @@ mod tests {
                 assert!((found.radius() - radius).abs() < 0.02 * radius, "{}", found.radius());
             }
         }
+    }
+
+    #[test]
+    fn the_contour_with_a_corner_off_its_plane_is_named_wherever_it_lies() {
+        let given = sphere(20.0, 2.0, turned());
+        let whole = enclosed(&given, Rule::Joined).unwrap();
+        for wrong in [1, 10, 18] {
+            let mut given = given.clone();
+            given[wrong][7] += turned().column(2) * 2.0;
+            let told = enclosed(&given, Rule::Joined).unwrap_err();
+            let ContourError::NotParallel { number, spread_mm, at } = told else {
+                panic!("{told:?}")
+            };
+            assert_eq!((number, Point::from(at)), (wrong + 1, given[wrong][7]));
+            assert!((spread_mm - 2.0).abs() < 1e-6 && told.to_string().contains("its corner at ("));
+        }
+        assert!((whole.centroid - CENTRE).norm() < 0.05);
     }
 
     #[test]

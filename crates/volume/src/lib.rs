@@ -40,7 +40,8 @@ pub mod label;
 
 pub use components::{Components, Parts, Run, components};
 pub use contours::{
-    Beyond, ContourError, Filled, MARGIN_MM, Overlap, fill_contours, held_by, widest_bridged_mm,
+    Beyond, ByPlane, ContourError, Filled, MARGIN_MM, Overlap, SAME_PLANE_MM, contours_by_plane,
+    fill_contours, held_by, widest_bridged_mm,
 };
 pub use distance::distance_mm;
 pub use enclosed::{Enclosed, Stray, Undrawn, enclosed, overlap, stray, undrawn};

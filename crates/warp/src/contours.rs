@@ -8,11 +8,11 @@ use crate::{Carried, Error, Params, carry_surface, slices};
 use rayon::prelude::*;
 use supine_mesh::{Deformation, TriSurface};
 use supine_space::{Grid, Point, Progress};
-use supine_volume::{ContourError, Layers, Outlines, Rule, held_by, isosurface, widest_bridged_mm};
+use supine_volume::{
+    ContourError, Layers, Outlines, Rule, SAME_PLANE_MM, contours_by_plane, held_by, isosurface,
+    widest_bridged_mm,
+};
 
-/// Contours of one plane, and a contour and its plane, may lie this far apart, mm: as in
-/// [`supine_volume::fill_contours`].
-const SAME_PLANE_MM: f64 = 0.1;
 /// The surface is sampled at steps of a pixel of the CT within a plane, but of this at most, mm.
 const STEP_MM: f64 = 1.0;
 /// Steps on the thickness of what is thin, and the shortest step, mm.
@@ -67,33 +67,7 @@ struct Plane {
 
 /// The contours by plane, ascending.
 fn planes(contours: &[Vec<Point>], rule: Rule, grid: &Grid) -> Result<Vec<Plane>, ContourError> {
-    let spacing = grid.spacing();
-    let mut placed = Vec::new();
-    for (n, contour) in contours.iter().enumerate().filter(|(_, c)| c.len() >= 3) {
-        let mm = contour.iter().map(|p| {
-            let index = grid.index_from_patient(p);
-            [0, 1, 2].map(|a| index[a] * spacing[a])
-        });
-        let mm: Vec<[f64; 3]> = mm.collect();
-        let low = mm.iter().map(|p| p[2]).fold(f64::INFINITY, f64::min);
-        let high = mm.iter().map(|p| p[2]).fold(f64::NEG_INFINITY, f64::max);
-        let spread_mm = high - low;
-        if spread_mm.is_nan() || spread_mm > SAME_PLANE_MM {
-            return Err(ContourError::NotParallel { number: n + 1, spread_mm });
-        }
-        placed.push((0.5 * (low + high), mm.iter().map(|p| [p[0], p[1]]).collect()));
-    }
-    placed.sort_by(|a: &(f64, Vec<[f64; 2]>), b| a.0.total_cmp(&b.0));
-    let mut planes: Vec<(f64, Vec<Vec<[f64; 2]>>)> = Vec::new();
-    for (level, contour) in placed {
-        match planes.last_mut() {
-            Some((at, contours)) if level - *at <= SAME_PLANE_MM => contours.push(contour),
-            _ => planes.push((level, vec![contour])),
-        }
-    }
-    if planes.is_empty() {
-        return Err(ContourError::Empty);
-    }
+    let planes = contours_by_plane(grid, contours, grid.spacing())?;
     let outlined =
         |(level, contours)| Plane { level, outlines: Outlines::new(contours, [1.0, 1.0], rule) };
     Ok(planes.into_par_iter().map(outlined).collect())

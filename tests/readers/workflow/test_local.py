@@ -138,6 +138,7 @@ def test_a_table_that_cannot_be_used_is_said_before_anything_runs(cohort):
         ("name,case", "a/b,x.toml", "no name of a folder"),
         ("name,case", "a,x.toml\na,y.toml", "twice"),
         ("name,case,table.app", "a,x.toml,5", "'table.app' is no key of a case file; did you mean table.ap?"),
+        ("name,case,bed.app", "a,x.toml,5", "'bed.app' is no key of a case file; did you mean table.ap?"),
     ):
         (cohort.folder / "cases.csv").write_text(f"{header}\n{row}\n")
         done = cohort.snakemake("--dry-run")

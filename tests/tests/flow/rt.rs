@@ -133,6 +133,9 @@ fn an_object_of_another_patient_is_refused_and_one_without_a_frame_is_told() {
     let said = carried("no-frame.dcm", &|bytes| no_value(bytes, frame, 0));
     assert!(said.stderr.contains("names no frame of reference"), "{}", said.stderr);
     assert_eq!(said.code, Some(0), "{}", said.stderr);
+    let said = carried("no-id.dcm", &|bytes| no_value(bytes, patient, b' '));
+    assert!(said.stderr.contains("bears no Patient ID"), "{}", said.stderr);
+    assert_eq!(said.code, Some(0), "{}", said.stderr);
     // With neither, it may be of anyone.
     let said = carried("nobody.dcm", &|bytes| {
         no_value(bytes, frame, 0);

@@ -55,8 +55,8 @@ pub(crate) struct Parsed {
     pub(crate) pixel_bytes: Option<usize>,
     /// Whether the walk stopped at Pixel Data with anything in it, native or in fragments.
     pub(crate) has_pixels: bool,
-    /// Zeros behind the last element, bytes: no part of the data set, but of its file.
-    pub(crate) zeros: usize,
+    /// Bytes behind the last element: no part of the data set, but of its file.
+    pub(crate) behind: usize,
 }
 
 /// What is being filled.
@@ -81,7 +81,9 @@ struct Walk<'a> {
     stack: Vec<Open>,
     /// How many items and sequences are open around `bytes`.
     around: usize,
-    zeros: usize,
+    behind: usize,
+    /// Where the last element at the top ended whose pixels were read, and how many came with it.
+    sound: Option<(usize, usize)>,
     has_pixels: bool,
 }
 
@@ -103,14 +105,18 @@ pub(crate) fn parse(
         count: 0,
         stack: vec![root],
         around: 0,
-        zeros: 0,
+        behind: 0,
+        sound: None,
         has_pixels: false,
     };
-    let pixel_bytes = walk.run(until).map_err(|fault| walk.with_series(fault))?;
-    let (end, zeros, has_pixels) = (walk.at, walk.zeros, walk.has_pixels);
+    let pixel_bytes = match walk.run(until) {
+        Err(Fault::Bad { .. }) if walk.pass_over() => None,
+        run => run.map_err(|fault| walk.with_series(fault))?,
+    };
+    let (end, behind, has_pixels) = (walk.at, walk.behind, walk.has_pixels);
     match walk.stack.pop() {
         Some(Open::Item { elements, .. }) if walk.stack.is_empty() => {
-            Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes, has_pixels, zeros })
+            Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes, has_pixels, behind })
         }
         _ => bad("ends inside a sequence"),
     }
@@ -145,8 +151,12 @@ impl Walk<'_> {
             if top_level && !matches!(until, Until::GroupEnds(_)) && self.only_zeros_follow()? {
                 return Ok(None);
             }
+            let last = if top_level { self.note_sound() } else { None };
             let start = self.at;
             let header = self.header()?;
+            if last.is_some_and(|last| header.tag <= last) {
+                return bad(format!("{} is not in its order, at byte {start}", header.tag));
+            }
             match until {
                 Until::PixelData if top_level && header.tag == tags::PIXEL_DATA => {
                     if header.length == UNDEFINED {
@@ -172,10 +182,31 @@ impl Walk<'_> {
         }
         let Some(rest) = self.bytes.get(self.at..self.total) else { return Err(Fault::NeedMore) };
         if rest.iter().all(|&b| b == 0) {
-            self.zeros = rest.len();
+            self.behind = rest.len();
             self.at = self.total;
         }
-        Ok(self.zeros > 0)
+        Ok(self.behind > 0)
+    }
+
+    /// Notes that all up to here is sound when it holds the pixels; the last element's tag then.
+    fn note_sound(&mut self) -> Option<Tag> {
+        let Some(Open::Item { elements, .. }) = self.stack.first() else { return None };
+        let last = elements.last().map(|e| e.tag).filter(|tag| *tag >= tags::PIXEL_DATA)?;
+        self.sound = Some((self.at, elements.len()));
+        Some(last)
+    }
+
+    /// Passes over what is no element behind the pixels, which are the last that an image has to
+    /// hold: something that was put behind the file. Whether there is such.
+    fn pass_over(&mut self) -> bool {
+        let Some((at, sound)) = self.sound else { return false };
+        self.stack.truncate(1);
+        if let Some(Open::Item { elements, .. }) = self.stack.first_mut() {
+            elements.truncate(sound);
+        }
+        self.behind = self.total - at;
+        self.at = self.total;
+        true
     }
 
     /// The fault, with the series it is of if the walk came that far.
@@ -297,7 +328,8 @@ impl Walk<'_> {
                 count: self.count,
                 stack: vec![root, sequence],
                 around: self.around + self.stack.len(),
-                zeros: 0,
+                behind: 0,
+                sound: None,
                 has_pixels: false,
             };
             if walk.around > 2 * MAX_DEPTH {

@@ -35,7 +35,7 @@ pub fn read_dose(path: &Path) -> Result<Dose, Error> {
     if object.set.get(tags::PIXEL_DATA).is_none() {
         return object.unsupported("an RT dose without a grid (histograms or points only)");
     }
-    let mut warnings = Vec::new();
+    let mut warnings = Vec::from_iter(object.told_behind());
     absorbed(&object, &mut warnings)?;
     let layout = Layout::new(&object)?;
     let Planes { grid, order } = Planes::new(&object, layout.size())?;

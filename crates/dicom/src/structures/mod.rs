@@ -324,7 +324,8 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         }
     }
     object.set.remove(tags::ROI_CONTOUR_SEQUENCE);
-    let warnings = of_the_set(&rois, nameless, &frames);
+    let mut warnings = of_the_set(&rois, nameless, &frames);
+    warnings.extend(object.told_behind());
     Ok(Structures { file: object.file, rois, header: object.set, warnings })
 }
 

@@ -206,7 +206,7 @@ fn what_file_managers_leave_empty_is_no_slice() {
 }
 
 #[test]
-fn zeros_behind_the_last_element_are_passed_over_and_told() {
+fn what_comes_behind_the_last_element_is_passed_over_and_told() {
     let dir = folder(&six());
     let (ct, ..) = read(dir.path()).unwrap();
     for (name, count) in [("1.dcm", 1), ("2.dcm", 8), ("4.dcm", 2048)] {
@@ -217,13 +217,22 @@ fn zeros_behind_the_last_element_are_passed_over_and_told() {
     }
     let (again, _, info) = read(dir.path()).unwrap();
     assert!(again == ct);
-    let told = info.warnings.iter().filter(|w| w.code() == "zeros-behind-data").count();
+    let told = info.warnings.iter().filter(|w| w.code() == "bytes-behind-data").count();
     assert_eq!(told, 1, "{:?}", info.warnings);
-    let path = dir.path().join("3.dcm");
-    let mut bytes = std::fs::read(&path).unwrap();
-    bytes.extend([0, 0, 0, 0, 7, 0, 0, 0]);
-    std::fs::write(&path, bytes).unwrap();
-    assert!(read(dir.path()).is_err(), "what is no zero is no padding");
+    let (path, other) = (dir.path().join("3.dcm"), dir.path().join("4.dcm"));
+    let (whole, other) = (std::fs::read(&path).unwrap(), std::fs::read(other).unwrap());
+    let behind: [&[u8]; 5] =
+        [&[0, 0, 0, 0, 7, 0, 0, 0], b"x", b"<html>no DICOM</html>", &whole[200..], &other];
+    for behind in behind {
+        std::fs::write(&path, [&whole, behind].concat()).unwrap();
+        let (again, _, info) = read(dir.path()).unwrap();
+        assert!(again == ct, "{behind:?}");
+        assert!(info.warnings.iter().any(|w| w.code() == "bytes-behind-data"));
+    }
+    // Before the pixels nothing is passed over.
+    let middle = whole.len() / 2;
+    std::fs::write(&path, &whole[..middle]).unwrap();
+    assert!(read(dir.path()).is_err());
 }
 
 #[test]

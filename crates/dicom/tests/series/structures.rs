@@ -88,6 +88,22 @@ fn changed(
 }
 
 #[test]
+fn zeros_behind_a_structure_set_are_told_and_what_else_comes_there_is_refused() {
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("rs.dcm");
+    let with = |behind: &[u8]| {
+        let whole = std::fs::read(data("pydicom_rtstruct.dcm")).unwrap();
+        std::fs::write(&path, [whole.as_slice(), behind].concat()).unwrap();
+        read_structures(&path)
+    };
+    let told = |s: &Structures| s.warnings().iter().any(|w| w.code() == "bytes-behind-data");
+    assert!(!told(&with(&[]).unwrap()));
+    assert!(told(&with(&[0; 300]).unwrap()));
+    // Contours may be what is damaged.
+    assert!(with(b"something else").is_err());
+}
+
+#[test]
 fn a_region_without_a_frame_was_drawn_in_the_only_one_that_its_set_names() {
     let frames = |named: &[&str]| {
         let named: Vec<InMemDicomObject> = named

@@ -199,7 +199,7 @@ fn inspecting_tells_what_reading_tells() {
     };
     let (all, pixels, headers) = (codes(&info.warnings), seen(Depth::Pixels), seen(Depth::Headers));
     assert_eq!(pixels, all);
-    let of_pixels = ["padding-as-air", "padding-in-tissue", "zeros-behind-data"];
+    let of_pixels = ["bytes-behind-data", "padding-as-air", "padding-in-tissue"];
     let missing: Vec<&String> = all.difference(&headers).collect();
     assert_eq!(missing, of_pixels);
     assert_eq!(headers.len(), 3, "{headers:?}");

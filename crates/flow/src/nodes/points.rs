@@ -4,7 +4,7 @@ use super::{Region, Solve};
 use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
 use crate::inputs::InputFile;
-use crate::shared::{PlacedTumour, movement};
+use crate::shared::{PlacedTumour, movement, would_lie_in};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,7 @@ impl Node for Points {
         let positions: Vec<Point> = points.iter().map(|p| p.position).collect();
         let params = supine_warp::Params::default();
         let after = supine_warp::carry_points(&solved.deformation, &params, &positions)?;
-        work.warn_all(not_carried(&points, &after));
+        work.warn_all(not_carried(&points, &after, solved.deformation.mesh()));
         let nipple = chosen.nipple().zip(after.get(1).copied().flatten());
         let listed = points
             .iter()
@@ -134,10 +134,18 @@ pub(crate) fn refuse_nowhere(points: &[NamedPoint], mesh: &TetMesh) -> Result<()
     Err(Error::Refused { kind: Failure::Input, message })
 }
 
-/// A warning that names the points outside the mesh, which stay where they were.
-pub(crate) fn not_carried(points: &[NamedPoint], after: &[Option<Point>]) -> Option<Warning> {
-    let outside = points.iter().zip(after).filter(|(_, a)| a.is_none());
-    let names: Vec<&str> = outside.map(|(p, _)| p.name.as_str()).collect();
+/// A warning that names the points outside the mesh, which stay where they were; with the unit or
+/// the axes in which all of them would lie in it.
+pub(crate) fn not_carried(
+    points: &[NamedPoint],
+    after: &[Option<Point>],
+    mesh: &TetMesh,
+) -> Option<Warning> {
+    let outside = || points.iter().zip(after).filter(|(_, a)| a.is_none()).map(|(p, _)| p);
+    let names: Vec<&str> = outside().map(|p| p.name.as_str()).collect();
+    let places: Vec<Point> = outside().map(|p| p.position).collect();
+    let hint = would_lie_in(&places, mesh);
+    let hint = hint.map_or(String::new(), |reading| format!("; they would lie in it {reading}"));
     let text = "outside the modelled tissue and therefore not moved: ";
-    (!names.is_empty()).then(|| Warning::new("points-outside", text).names(names))
+    (!names.is_empty()).then(|| Warning::new("points-outside", text).names(names).text(hint))
 }

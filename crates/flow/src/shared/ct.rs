@@ -68,5 +68,6 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
 fn volume(path: &Path, progress: Progress<'_>) -> Result<CtInput, Error> {
     let read = supine_exchange::read_ct(path, progress);
     let CtFile { ct, note, warnings } = read.map_err(|source| Error::file("ct", source))?;
+    supine_dicom::refuse_implausible(ct.data()).map_err(Error::Ct)?;
     Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note), warnings })
 }

@@ -2,6 +2,7 @@
 //! them: whether they lie in the tissue, and are in the axes, the unit and the order that they are
 //! taken for.
 
+use super::readings::other_reading;
 use crate::Error;
 use rayon::prelude::*;
 use supine_mesh::{Deformation, Edges, Order, TetMesh, det_f};
@@ -21,9 +22,6 @@ const LEAST_PULL: f64 = 0.035;
 /// A largest displacement below this, mm, is told: it may be in another unit.
 const TINY_MM: f64 = 0.05;
 
-/// A point as another program may have meant it.
-type Reading = fn(Point) -> Point;
-
 /// Looks at where a mesh lies; what is doubtful.
 ///
 /// # Errors
@@ -41,16 +39,8 @@ pub(crate) fn check_mesh(mesh: &TetMesh, labels: &LabelMap) -> Result<Vec<Warnin
         );
         return Ok(vec![Warning::new("mesh-beside-tissue", text)]);
     }
-    let readings: [(&str, Reading); 4] = [
-        ("in RAS: change the sign of x and y", |p| Point::new(-p.x, -p.y, p.z)),
-        ("in metres: multiply it by 1000", |p| p * 1000.0),
-        ("in centimetres: multiply it by 10", |p| p * 10.0),
-        ("in metres and RAS: multiply it by 1000, and x and y by -1", |p| {
-            Point::new(-p.x, -p.y, p.z) * 1000.0
-        }),
-    ];
-    let fits = readings.iter().find(|(_, read)| share_in_tissue(mesh, labels, read) >= TOLD_SHARE);
-    let hint = fits.map_or("it is of another CT, or displaced".into(), |(reading, _)| {
+    let fits = other_reading(|read| share_in_tissue(mesh, labels, read) >= TOLD_SHARE);
+    let hint = fits.map_or("it is of another CT, or displaced".into(), |reading| {
         format!("it would lie there if it is {reading}")
     });
     Err(refused(format!(

@@ -15,7 +15,7 @@ use supine_space::{Progress, Warning};
 pub(crate) struct PatientCompared {
     /// Both name a Patient ID, which is the same.
     pub(crate) by_id: bool,
-    /// Name or date of birth differ.
+    /// Name or date of birth differ, or the object bears no Patient ID.
     pub(crate) warning: Option<Warning>,
 }
 
@@ -46,6 +46,9 @@ pub(crate) fn compare_patient(
         }
         if compared.warning.is_none() {
             compared.warning = differs(&owner, own).map(|what| doubtful(path, named, what));
+        }
+        if compared.warning.is_none() && owner.patient.is_empty() && !own.id.is_empty() {
+            compared.warning = Some(unnamed(path));
         }
     }
     Ok(compared)
@@ -80,6 +83,11 @@ fn differs(owner: &Owner, own: &PatientIdentity) -> Option<&'static str> {
 fn words(name: &str) -> BTreeSet<String> {
     let parts = name.split(|c: char| !c.is_alphanumeric()).filter(|part| !part.is_empty());
     parts.map(str::to_lowercase).collect()
+}
+
+fn unnamed(path: &Path) -> Warning {
+    let text = " bears no Patient ID: make sure that it is of the patient of the CT";
+    Warning::new("patient-unnamed", "").name(path.display().to_string()).text(text)
 }
 
 fn doubtful(path: &Path, named: bool, what: &str) -> Warning {

@@ -158,6 +158,22 @@ fn the_surface_is_that_of_the_displaced_tissue() {
 }
 
 #[test]
+fn who_has_heard_an_answer_gets_its_surface_or_a_later_one() {
+    during(&link(Frame::Lps), Contact::Tied, |session| {
+        let (mut client, mut viewer) = (session.client(), session.client());
+        // Another's surface is made first.
+        viewer.ask(Verb::Start(Start::Plain), "POLYDATA");
+        assert_eq!(viewer.until(|m| replied(m, "POLYDATA")), Outcome::Done);
+        for n in 1..60 {
+            client.follow(stamp(20 * n), &near(n % 5));
+            client.ask(Verb::Get, "POLYDATA");
+            let of = client.until(|m| poly_data(m).map(|_| m.stamp));
+            assert_eq!(of, stamp(20 * n), "{n}");
+        }
+    });
+}
+
+#[test]
 fn the_image_is_the_carried_region_where_its_grid_has_it() {
     for frame in [Frame::Lps, Frame::Ras] {
         let (mut alone, mut region) = (follower(Contact::Tied), region());

@@ -44,7 +44,7 @@ pub struct Figures {
     pub rest: RestState,
     /// The tumour; none where the case names none.
     pub tumour: Option<TumourMoved>,
-    /// Smallest det F.
+    /// Smallest det F of the tissue, from the CT to the table.
     pub min_det_f: f64,
     /// Residual of the mechanics, relative to the load.
     pub residual: f64,
@@ -80,7 +80,7 @@ impl Figures {
             young_known: known.map(|known| (known.young_kpa, known.origin)),
             rest: s.parameters.tissue.rest,
             tumour: TumourMoved::of(s),
-            min_det_f: s.solve.min_det_f,
+            min_det_f: s.local_volume().min,
             residual: s.solve.residual,
             folded_voxels: s.warp.folded_voxels,
             scan: run.map(|surface| surface.near),
@@ -92,4 +92,25 @@ impl Figures {
 fn ct(summary: &Summary) -> Option<std::path::PathBuf> {
     let ct = summary.case.get("ct").and_then(|ct| ct.as_str())?;
     Some(summary.run.case_folder.as_ref().map_or_else(|| ct.into(), |folder| folder.join(ct)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::summary::tests::example;
+    use crate::tables;
+
+    #[test]
+    fn one_range_of_the_local_volume_is_told_of_a_patient() {
+        let mut summary = example();
+        (summary.solve.min_det_f, summary.solve.max_det_f) = (0.173, 2.767);
+        (summary.warp.jacobian.min, summary.warp.jacobian.max) = (0.373, 4.467);
+        let told = format!("{:?} {:?}", tables::key(&summary), tables::stages(&summary));
+        assert!(told.contains("0.79 to 1.25"), "{told}");
+        assert!(
+            !["0.17", "2.77", "0.37", "4.47"].iter().any(|other| told.contains(other)),
+            "{told}"
+        );
+        assert!((Figures::of(&summary).min_det_f - 0.79).abs() < 1e-12);
+    }
 }

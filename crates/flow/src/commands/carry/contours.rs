@@ -3,6 +3,7 @@
 use super::{CarryDone, ContoursFacts, Job};
 use crate::commands::usage;
 use crate::shared::carry::{CarriedContours, carry_named_contours};
+use crate::shared::contours_placed;
 use crate::{Error, NodeId};
 use supine_dicom::oddly_drawn;
 use supine_exchange::{NamedContours, read_contours, write_contours};
@@ -20,6 +21,7 @@ impl Job<'_> {
         let odd = given.iter().flat_map(|s| oddly_drawn(&s.name, &s.contours, s.rule));
         self.gather.warn_all(NodeId::Carry, odd);
         let grid = self.grid(self.ct()?.as_ref())?;
+        self.gather.warn_all(NodeId::Carry, contours_placed(&given, &grid)?);
         let carried = self.gather.work(NodeId::Carry, |progress| {
             carry_named_contours(&given, &grid, &self.deformation, progress)
         })?;

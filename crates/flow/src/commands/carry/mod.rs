@@ -275,7 +275,8 @@ impl<'a> Job<'a> {
             .map(|(p, a)| NamedPoint { name: p.name.clone(), position: a.unwrap_or(p.position) });
         let carried: Vec<NamedPoint> = carried.collect();
         write_points(&carried, self.out()).map_err(Error::product)?;
-        self.gather.warn_all(NodeId::Points, crate::nodes::not_carried(&points, &after));
+        let beside = crate::nodes::not_carried(&points, &after, self.deformation.mesh());
+        self.gather.warn_all(NodeId::Points, beside);
         let outside = pairs().filter(|(_, a)| a.is_none()).map(|(p, _)| p.name.clone());
         let outside: Vec<String> = outside.collect();
         let carried = points.len() - outside.len();

@@ -7,6 +7,7 @@ use super::contours::{
 use super::dose::{carry_with_totals, dose_doubts, not_anew, write_carried_dose};
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
+use crate::shared::contours_placed;
 use std::path::Path;
 use supine_dicom::{Dose, DoseInfo, Segmentation, SegmentationInfo, Structures, StructuresInfo};
 use supine_exchange::NamedContours;
@@ -101,6 +102,7 @@ impl CarryJob<'_> {
         }
         let (closed, left_out) = closed_contours(&given);
         warnings.extend(left_out);
+        warnings.extend(contours_placed(&closed, grid)?);
         let carried = carry_named_contours(&closed, grid, self.deformation, progress)?;
         let write = |out| {
             let lines = carry_lines(&given, self.deformation)?;

@@ -8,6 +8,7 @@ use super::contours::{
 use super::dose::{carry_with_totals, dose_doubts, not_anew, write_carried_dose};
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
+use crate::shared::contours_placed;
 use std::path::Path;
 use supine_dicom::{Dose, Line, Segmentation, Structures};
 use supine_exchange::NamedContours;
@@ -76,6 +77,7 @@ impl GivenObject {
                 let (given, mut warnings) = context.structures(path)?;
                 let (closed, left_out) = closed_contours(&given);
                 warnings.extend(left_out);
+                warnings.extend(contours_placed(&closed, grid)?);
                 (Given::Structures(given, closed), warnings)
             }
             CarriedKind::Segmentation => {
