@@ -6,7 +6,6 @@
 
 use crate::palette::HALO;
 pub(crate) use crate::palette::Rgb;
-use std::collections::BTreeMap;
 pub(crate) use supine_space::Spot;
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, PixmapMut, Rect, Shader, Stroke,
@@ -102,12 +101,12 @@ impl Canvas {
     /// Strokes segments as one figure: where they overlap they do not add up, and dashes run on
     /// from one to the next.
     pub(crate) fn stroke(&mut self, segments: &[[Spot; 2]], pen: Pen) {
-        self.stroke_path(joined(segments).as_ref(), pen);
+        self.stroke_path(path(segments).as_ref(), pen);
     }
 
     /// Strokes segments over a dark halo.
     pub(crate) fn stroke_on_halo(&mut self, segments: &[[Spot; 2]], pen: Pen) {
-        self.path_on_halo(joined(segments).as_ref(), pen);
+        self.path_on_halo(path(segments).as_ref(), pen);
     }
 
     /// A circle; `dashes` of them with gaps of the same length, or a whole line for 0.
@@ -151,10 +150,9 @@ impl Canvas {
         let side = 0.42 * head;
         let base = [to[0] - head * unit[0], to[1] - head * unit[1]];
         let corner = |sign: f64| [base[0] - sign * side * unit[1], base[1] + sign * side * unit[0]];
-        let triangle =
-            joined(&[[to, corner(1.0)], [corner(1.0), corner(-1.0)], [corner(-1.0), to]]);
+        let triangle = path(&[[to, corner(1.0)], [corner(1.0), corner(-1.0)], [corner(-1.0), to]]);
         let mut whole = PathBuilder::new();
-        let shaft = joined(&[[from, base]]);
+        let shaft = path(&[[from, base]]);
         [&shaft, &triangle].into_iter().flatten().for_each(|path| whole.push_path(path));
         self.path_on_halo(whole.finish().as_ref(), pen);
         self.fill(triangle.as_ref(), (pen.rgb, pen.alpha));
@@ -225,35 +223,16 @@ impl Canvas {
     }
 }
 
-/// The lines that segments form which meet at their ends.
-fn joined(segments: &[[Spot; 2]]) -> Option<Path> {
-    let key = |s: Spot| s.map(|c| (c * 256.0).round() as i64);
-    let mut ends: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-    for (n, segment) in segments.iter().enumerate() {
-        segment.iter().for_each(|&s| ends.entry(key(s)).or_default().push(n));
-    }
-    // Open lines first, from their ends; what is left are rings.
-    let open = ends.iter().filter(|(_, at)| at.len() == 1).map(|(&k, at)| (at[0], k));
-    let rings = (0..segments.len()).map(|n| (n, key(segments[n][0])));
-    let mut drawn = vec![false; segments.len()];
+/// The path of segments, joined where they meet.
+fn path(segments: &[[Spot; 2]]) -> Option<Path> {
+    /// Ends this near are one, pixels.
+    const NEAR: f64 = 1.0 / 256.0;
     let mut path = PathBuilder::new();
-    for (first, start) in open.chain(rings) {
-        let (mut next, mut from) = (Some(first).filter(|&n| !drawn[n]), start);
-        let mut begun = false;
-        while let Some(n) = next {
-            drawn[n] = true;
-            let [a, b] = segments[n];
-            let ends_of = if key(a) == from { [a, b] } else { [b, a] };
-            let [[x, y], to] = ends_of.map(|end| end.map(|c| c as f32));
-            if !begun {
-                path.move_to(x, y);
-            }
-            path.line_to(to[0], to[1]);
-            from = key(ends_of[1]);
-            next = ends[&from].iter().copied().find(|&m| !drawn[m]);
-            begun = true;
+    for line in supine_volume::joined(segments, NEAR) {
+        for (n, [x, y]) in line.iter().map(|spot| spot.map(|c| c as f32)).enumerate() {
+            if n == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
         }
-        if begun && from == start {
+        if line.first() == line.last() {
             path.close();
         }
     }

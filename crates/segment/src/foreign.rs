@@ -19,6 +19,9 @@ const METAL_CM3: f64 = 10.0;
 const TOUCHING_SHARE: f64 = 0.1;
 const TOUCHES_PIXELS: f32 = 1.1;
 const TOUCHES_MM: f32 = 1.2;
+/// And half of its outline has no more than this before it (chosen, not measured): else it lies under the skin and a
+/// wire leads out of it, as the needle of a port that is in use.
+const HALF_WITHIN_MM: f32 = 3.0;
 /// Or it is covered, by cloth or plastic, and so near to the air, mm (chosen, not measured) ...
 const COVERED_MM: f32 = 3.0;
 /// ... and this share of it stands proud of the skin around it: it is left out by a disc of this
@@ -148,9 +151,11 @@ fn metal_on_skin(ct: &Ct, frame: &Frame, body: &Body, dense: &Parts) -> Vec<bool
     }
     let proud = proud(frame, body, dense, near_air);
     let touches = TOUCHES_MM.max(TOUCHES_PIXELS * frame.pixel());
-    let touching = |outline: &mut [f32]| quantile(outline, TOUCHING_SHARE);
+    let within = |outline: &mut [f32], share: f64, most: f32| {
+        quantile(outline, share).is_some_and(|mm| mm <= most)
+    };
     let on_skin = |(part, outline): (usize, &mut Vec<f32>)| {
-        touching(outline).is_some_and(|mm| mm <= touches)
+        within(outline, TOUCHING_SHARE, touches) && within(outline, 0.5, HALF_WITHIN_MM)
             || proud[part] as f64 > PROUD_SHARE * dense.voxels[part] as f64
     };
     outlines.iter_mut().enumerate().map(on_skin).collect()
@@ -305,6 +310,16 @@ mod tests {
         };
         let covered = |v: [usize; 3]| v[1] >= 40 || near(v, 6.0);
         assert!(taken(covered, metal(|v| near(v, 3.0))).is_some());
+    }
+
+    #[test]
+    fn a_port_with_a_needle_through_the_skin_and_its_line_on_it_stays() {
+        let port = block(40, 6, 8);
+        let needle =
+            |[i, j, k]: [usize; 3]| (96..98).contains(&i) && (40..48).contains(&j) && k == 8;
+        let line = |[i, j, k]: [usize; 3]| (60..98).contains(&i) && (40..42).contains(&j) && k == 8;
+        assert_eq!(taken(flat, metal(|v| port(v) || needle(v) || line(v))), None);
+        assert!(taken(flat, metal(line)).is_some(), "the line alone");
     }
 
     #[test]

@@ -76,7 +76,7 @@ impl Imported {
 
 impl Node for Import {
     const ID: NodeId = NodeId::Import;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = false;
     type NodeInputs = NodeInputs;
     type Parents = ();
@@ -103,7 +103,7 @@ impl Node for Import {
         let params = ReadParams { series, exclude, accept };
         let read = read_ct(&inputs.ct.path, &params, work.progress)?;
         inputs.ct.check_unchanged()?;
-        let read = read.not_deformed(&inputs.ct.path)?;
+        let read = read.not_deformed(&inputs.ct.path)?.in_hu()?;
         let field = read.field();
         let CtInput { ct, dicom, warnings, .. } = read;
         let (source, info) = dicom.unzip();

@@ -28,7 +28,7 @@ pub(crate) fn named(case_state: &CaseState) -> Result<Vec<(CarriedKind, InputFil
 
 impl Node for Objects {
     const ID: NodeId = NodeId::Objects;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = false;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Source);

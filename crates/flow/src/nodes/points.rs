@@ -46,7 +46,7 @@ impl NodeInputs {
 
 impl Node for Points {
     const ID: NodeId = NodeId::Points;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Region, Solve);

@@ -37,7 +37,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 22;
+    const METHOD: u32 = 23;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type NodeInputs = NodeInputs;

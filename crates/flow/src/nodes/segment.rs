@@ -121,7 +121,7 @@ pub(crate) struct Facts {
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 14;
+    const METHOD: u32 = 15;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Prepare);

@@ -27,6 +27,17 @@ impl CtInput {
         told.unwrap_or_else(|| Field::found(&self.ct))
     }
 
+    /// Refuses values that cannot be HU of a patient in air; of a series that is done when it is read.
+    ///
+    /// # Errors
+    /// [`Error::Ct`].
+    pub(crate) fn in_hu(self) -> Result<Self, Error> {
+        if self.dicom.is_none() {
+            supine_dicom::refuse_implausible(self.ct.data()).map_err(Error::Ct)?;
+        }
+        Ok(self)
+    }
+
     /// Refuses a result of this program.
     ///
     /// # Errors
@@ -68,6 +79,5 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
 fn volume(path: &Path, progress: Progress<'_>) -> Result<CtInput, Error> {
     let read = supine_exchange::read_ct(path, progress);
     let CtFile { ct, note, warnings } = read.map_err(|source| Error::file("ct", source))?;
-    supine_dicom::refuse_implausible(ct.data()).map_err(Error::Ct)?;
     Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note), warnings })
 }

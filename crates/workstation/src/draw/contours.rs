@@ -109,7 +109,7 @@ fn across(layers: &[Layer], gap: f64, axis: usize, cut: &Cut<'_>) -> Vec<Vec<Spo
             segments.extend(pairs.map(|pair| [spot(pair[0], h), spot(pair[1], h)]));
         }
     }
-    joined(segments)
+    joined(&segments)
 }
 
 /// Where the edge of what a layer holds crosses a plane, along another axis, ascending: inside from
@@ -139,7 +139,7 @@ pub(crate) fn isodoses(
             samples.push(if inside { sample_trilinear(dose, index) } else { f32::NAN });
         }
     }
-    levels_gy.iter().map(|gy| joined(contour(&samples, size[right], *gy as f32))).collect()
+    levels_gy.iter().map(|gy| joined(&contour(&samples, size[right], *gy as f32))).collect()
 }
 
 #[cfg(test)]

@@ -2,12 +2,9 @@
 
 use crate::draw::planes::ViewShown;
 use crate::draw::surface::Surface;
-use std::collections::BTreeMap;
+pub(crate) use supine_space::Spot;
 use supine_space::{Grid, Point, Sphere};
 use supine_volume::{SignedDistance, Volume, contour};
-
-/// A place in a plane, voxels along the view's right and down axes.
-pub(crate) type Spot = [f64; 2];
 
 /// A plane of a grid.
 pub(crate) struct Cut<'a> {
@@ -36,7 +33,7 @@ impl Cut<'_> {
                 samples.push(distance.mm(self.grid.offset(voxel)) as f32);
             }
         }
-        joined(contour(&samples, size[right], 0.0))
+        joined(&contour(&samples, size[right], 0.0))
     }
 
     /// The parts of the wall that may be far wrong, as the report has them.
@@ -65,59 +62,15 @@ impl Cut<'_> {
     pub(crate) fn surface(&self, surface: &Surface) -> Vec<Vec<Spot>> {
         let seen: Vec<[f64; 3]> = surface.points().iter().map(|p| self.seen(p)).collect();
         let cut = |t: &[u32; 3]| supine_mesh::cut_triangle(&t.map(|n| seen[n as usize]));
-        joined(surface.triangles().iter().filter_map(cut).collect())
+        joined(&surface.triangles().iter().filter_map(cut).collect::<Vec<_>>())
     }
 }
 
-/// Segments joined where they meet; each line goes as far as it can without a choice that matters:
-/// any of several ways on is taken.
-pub(crate) fn joined(segments: Vec<[Spot; 2]>) -> Vec<Vec<Spot>> {
+/// Segments joined where they meet, to a thousandth of a voxel.
+pub(crate) fn joined(segments: &[[Spot; 2]]) -> Vec<Vec<Spot>> {
     /// Ends this near are one, voxels.
     const NEAR: f64 = 1e-4;
-    let key = |spot: &Spot| spot.map(|x| (x / NEAR).round() as i64);
-    let mut at: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-    for (n, segment) in segments.iter().enumerate() {
-        for end in segment {
-            at.entry(key(end)).or_default().push(n);
-        }
-    }
-    let mut used = vec![false; segments.len()];
-    let onward = |from: Spot, used: &mut Vec<bool>| -> Option<Spot> {
-        let n = at.get(&key(&from))?.iter().copied().find(|&n| !used[n])?;
-        used[n] = true;
-        let [a, b] = segments[n];
-        Some(if key(&a) == key(&from) { b } else { a })
-    };
-    let mut lines = vec![];
-    for n in 0..segments.len() {
-        if std::mem::replace(&mut used[n], true) {
-            continue;
-        }
-        let mut line = std::collections::VecDeque::from(segments[n]);
-        while let Some(next) = onward(line[line.len() - 1], &mut used) {
-            line.push_back(next);
-        }
-        while let Some(next) = onward(line[0], &mut used) {
-            line.push_front(next);
-        }
-        lines.push(line.into_iter().map(|spot| spot.map(|x| (x * 1e3).round() / 1e3)).collect());
-    }
-    lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn segments_in_any_order_make_one_line() {
-        let place = |n: usize| [n as f64, (n * n) as f64];
-        let segment = |n: usize| {
-            if n.is_multiple_of(2) { [place(n), place(n + 1)] } else { [place(n + 1), place(n)] }
-        };
-        let lines = joined([3, 0, 4, 1, 2].map(segment).to_vec());
-        assert_eq!(lines.len(), 1);
-        assert_eq!(lines[0].len(), 6);
-        assert_eq!(joined(vec![segment(0), segment(7)]).len(), 2);
-    }
+    let short = |spot: Spot| spot.map(|x| (x * 1e3).round() / 1e3);
+    let lines = supine_volume::joined(segments, NEAR).into_iter();
+    lines.map(|line| line.into_iter().map(short).collect()).collect()
 }

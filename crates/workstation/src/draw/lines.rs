@@ -115,7 +115,10 @@ impl Body {
         let cuts = faces.cut_by(&self.edges, displacement, &|p| cut.seen(p));
         let line = |name: &'static str, tag| {
             let of_tag = cuts.iter().filter(|cut| cut.tag == tag);
-            Line { name: name.into(), points: joined(of_tag.map(|cut| cut.segment).collect()) }
+            Line {
+                name: name.into(),
+                points: joined(&of_tag.map(|cut| cut.segment).collect::<Vec<_>>()),
+            }
         };
         let mut lines = vec![line("cut", Some(BoundaryTag::Cut)), line("mesh", None)];
         if displacement.is_some() {
