@@ -36,7 +36,7 @@ pub(crate) fn fuzz(house: &House, options: &Options) -> Result<()> {
     let built = house.target.join("fuzz-build");
     let build = ["+nightly", "fuzz", "build"];
     run(Command::new("cargo").args(build).env("CARGO_TARGET_DIR", &built).current_dir(&folder))?;
-    let mut found = Vec::new();
+    let mut failures = Vec::new();
     for group in wanted.chunks(options.at_once.max(1)) {
         let mut running = Vec::new();
         for target in group {
@@ -46,12 +46,12 @@ pub(crate) fn fuzz(house: &House, options: &Options) -> Result<()> {
         for (target, mut child) in running {
             let status: ExitStatus = child.wait()?;
             if !status.success() {
-                found.push(format!("{target} ({status})"));
+                failures.push(format!("{target} ({status})"));
             }
         }
     }
-    if !found.is_empty() {
-        bail!("found something: {}; see fuzz/artifacts and target/fuzz", found.join(", "));
+    if !failures.is_empty() {
+        bail!("found something: {}; see fuzz/artifacts and target/fuzz", failures.join(", "));
     }
     Ok(())
 }

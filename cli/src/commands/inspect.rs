@@ -15,12 +15,12 @@ const NAMED: usize = 5;
 pub(crate) fn inspect(args: args::Inspect, screen: &Screen) -> Result<End, Failure> {
     let args::Inspect { path, pixels, given } = args;
     let asked = dicom::Inspect { spec: given.spec, path: path.clone(), pixels };
-    let found = dicom::inspect(&asked, screen)?;
+    let inspection = dicom::inspect(&asked, screen)?;
     let mut text = String::new();
     // Writing to a string cannot fail.
-    let _infallible = describe(&found, &mut text);
-    let failure = nothing_usable(&found, &path);
-    screen.answer_but(failure.as_ref(), &found, &text);
+    let _infallible = describe(&inspection, &mut text);
+    let failure = nothing_usable(&inspection, &path);
+    screen.answer_but(failure.as_ref(), &inspection, &text);
     Ok(End::of(failure.is_none(), Kind::Input))
 }
 
@@ -50,8 +50,8 @@ pub(crate) fn verify_export(args: args::VerifyExport, screen: &Screen) -> Result
     let (spec, exported) = (given.spec, dir.clone());
     let given =
         dicom::Verify { spec, dir, source, new_study, keep_equipment, same_frame, clip_padding };
-    let found = dicom::verify_export(&given, screen)?;
-    let lines = found.checks.iter().map(|check| {
+    let verification = dicom::verify_export(&given, screen)?;
+    let lines = verification.checks.iter().map(|check| {
         let verdict = match check.passed {
             Some(true) => "PASS",
             Some(false) => "FAIL",
@@ -59,17 +59,15 @@ pub(crate) fn verify_export(args: args::VerifyExport, screen: &Screen) -> Result
         };
         format!("{verdict}  {}  {}\n", check.rule, check.detail)
     });
-    let failed = found.failures().count();
-    let failure = (!found.passed()).then(|| {
-        let broken: Vec<&str> = found.failures().map(|check| check.rule.as_str()).collect();
-        let message =
-            format!("{failed} of {} checks failed: {}", found.checks.len(), broken.join(", "));
+    let (all, failed) = (verification.checks.len(), verification.failures().count());
+    let failure = (!verification.passed()).then(|| {
+        let broken: Vec<&str> = verification.failures().map(|check| check.rule.as_str()).collect();
+        let message = format!("{failed} of {all} checks failed: {}", broken.join(", "));
         Failure::coded(Kind::Check, "check-failed", message).at(&exported)
     });
-    screen.answer_but(failure.as_ref(), &found, &lines.collect::<String>());
-    let open = found.checks.iter().filter(|c| c.passed.is_none()).count();
-    screen
-        .say(&format!("{} checks: {failed} failed, {open} could not be made", found.checks.len()));
+    screen.answer_but(failure.as_ref(), &verification, &lines.collect::<String>());
+    let open = verification.checks.iter().filter(|c| c.passed.is_none()).count();
+    screen.say(&format!("{all} checks: {failed} failed, {open} could not be made"));
     Ok(End::of(failure.is_none(), Kind::Check))
 }
 

@@ -121,28 +121,28 @@ fn frames(args: &Navigate) -> Result<(Frames, f64, Vec<String>), Failure> {
         let pairs = registration::read_fiducials(&read(path)?).map_err(Error::from)?;
         let pairs: Vec<(Point, Point)> = pairs.iter().map(registration::Fiducial::pair).collect();
         let tumour = tumour_of(&args.run)?;
-        let found = registration::Registration::new(&pairs, &tumour).map_err(Error::from)?;
-        to_patient = *found.patient_from_tracker();
-        registration_mm = found.expected_tre_mm();
+        let registration = registration::Registration::new(&pairs, &tumour).map_err(Error::from)?;
+        to_patient = *registration.patient_from_tracker();
+        registration_mm = registration.expected_tre_mm();
         notes.push(format!(
             "registration: {} landmarks, expected error at the tumour {registration_mm:.2} mm rms (the landmarks themselves \
              fit to {:.2} mm, which says little)",
             pairs.len(),
-            found.fre_mm()
+            registration.fre_mm()
         ));
-        notes.extend(found.advice().map(|advice| format!("warning: {advice}")));
+        notes.extend(registration.advice().map(|advice| format!("warning: {advice}")));
     }
     let mut from_tool = Pose::identity();
     if let Some(path) = &args.calibration {
         let poses = pivot::read_poses(&read(path)?).map_err(Error::from)?;
-        let found = pivot::Pivot::new(&poses).map_err(Error::from)?;
-        let worst = found.sigma_mm.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let pivot = pivot::Pivot::new(&poses).map_err(Error::from)?;
+        let worst = pivot.sigma_mm.iter().fold(0.0, |a: f64, b| a.max(*b));
         notes.push(format!(
             "calibration: {} poses, centre of the sphere to {worst:.2} mm (standard deviation), condition {:.1}",
             poses.len(),
-            found.condition
+            pivot.condition
         ));
-        from_tool = Pose::translation(found.tip.x, found.tip.y, found.tip.z);
+        from_tool = Pose::translation(pivot.tip.x, pivot.tip.y, pivot.tip.z);
     }
     let latency = duration("--latency", args.latency)?;
     Ok((Frames { to_patient, from_tool, latency }, registration_mm, notes))

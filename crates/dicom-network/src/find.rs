@@ -162,8 +162,8 @@ impl<'a> Finder<'a> {
             // standard leaves it to them (PS3.4 C.4.1.2.2). Of a named patient every study is asked
             // instead.
             let keys = [(tags::STUDY_INSTANCE_UID, ""), (tags::SERIES_INSTANCE_UID, series)];
-            let found = self.find("SERIES", &keys).map_err(with_study)?;
-            let uids = found.iter().map(|f| f.text(tags::STUDY_INSTANCE_UID));
+            let matches = self.find("SERIES", &keys).map_err(with_study)?;
+            let uids = matches.iter().map(|f| f.text(tags::STUDY_INSTANCE_UID));
             let uids: BTreeSet<String> = uids.filter(|uid| is_uid(uid)).collect();
             if uids.len() > 1 {
                 return Err(Error::Query(format!(
@@ -216,8 +216,8 @@ impl<'a> Finder<'a> {
     /// Whether the archive lists a study for other patients than this one too.
     fn is_of_others_too(&mut self, study: &str, patient: &str) -> Result<bool, Error> {
         let keys = [(tags::STUDY_INSTANCE_UID, study), (tags::PATIENT_ID, "")];
-        let found = self.find("STUDY", &keys)?;
-        let of_study = found.iter().filter(|one| one.text(tags::STUDY_INSTANCE_UID) == study);
+        let matches = self.find("STUDY", &keys)?;
+        let of_study = matches.iter().filter(|one| one.text(tags::STUDY_INSTANCE_UID) == study);
         Ok(of_study.map(|one| one.readable(tags::PATIENT_ID)).any(|id| is_another(&id, patient)))
     }
 
@@ -238,7 +238,7 @@ impl<'a> Finder<'a> {
             (tags::SERIES_DESCRIPTION, ""),
             (tags::NUMBER_OF_SERIES_RELATED_INSTANCES, ""),
         ];
-        let found = match of {
+        let matches = match of {
             None => self.find("SERIES", &keys)?,
             Some(_) => {
                 keys.push((tags::PATIENT_ID, ""));
@@ -248,14 +248,14 @@ impl<'a> Finder<'a> {
                         keys.pop();
                         self.find("SERIES", &keys)?
                     }
-                    found => found?,
+                    matches => matches?,
                 }
             }
         };
         let meant = |found: &&Identifier| {
             of.is_none_or(|of| !is_another(&found.readable(tags::PATIENT_ID), of))
         };
-        let mut entries: Vec<SeriesEntry> = found
+        let mut entries: Vec<SeriesEntry> = matches
             .iter()
             .filter(meant)
             .map(|found| SeriesEntry {
@@ -326,11 +326,11 @@ impl<'a> Finder<'a> {
                 self.talk.data(&message, MAX_IDENTIFIER, &mut |piece| bytes.extend(piece))?;
             }
             if status::PENDING.contains(&answer) {
-                let found = Identifier::from_bytes(&bytes, self.explicit);
+                let identifier = Identifier::from_bytes(&bytes, self.explicit);
                 // Why it cannot be read may repeat what it says.
-                let found = found
+                let identifier = identifier
                     .map_err(|_| self.talk.link.protocol("a match that is no sound data set"))?;
-                matches.push(found);
+                matches.push(identifier);
                 all += bytes.len();
                 if matches.len() > MAX_MATCHES || all > MAX_ALL {
                     let most = format!("{MAX_MATCHES} matches or {} MiB of them", MAX_ALL >> 20);

@@ -57,8 +57,8 @@ enum Unfit {
 
 /// Where the object of a file belongs, if it is a sound one and this instance.
 fn holds(path: &Path, instance: &str) -> Result<Owner, Unfit> {
-    let found = object_files(path, Progress::none()).map_err(|e| Unfit::Unsound(e.to_string()))?;
-    match (&found.objects[..], found.damaged.first().map(|damaged| &damaged.reason)) {
+    let files = object_files(path, Progress::none()).map_err(|e| Unfit::Unsound(e.to_string()))?;
+    match (&files.objects[..], files.damaged.first().map(|damaged| &damaged.reason)) {
         ([object], _) if object.instance == instance => Ok(object.owner.clone()),
         ([_], _) => Err(Unfit::Another("it is another instance than announced".into())),
         // The file header is ours and names what was announced.
@@ -87,8 +87,8 @@ impl Inbox {
     /// is missing.
     pub(crate) fn is_here(&mut self, instance: &str) -> bool {
         let path = self.folder.join(file_name(instance));
-        let found = if path.is_file() { holds(&path, instance).ok() } else { None };
-        match found {
+        let owner = if path.is_file() { holds(&path, instance).ok() } else { None };
+        match owner {
             Some(owner) if self.expected.elsewhere(instance, &owner).is_none() => {
                 self.expected.kept(&owner);
                 true

@@ -161,18 +161,18 @@ impl Load {
         let mut load = Self { waiting: Vec::new(), journals: Vec::new(), unwritable: false };
         let mut seen: BTreeMap<String, ObjectFile> = BTreeMap::new();
         for path in paths {
-            let found = object_files(path, progress)?;
-            if found.objects.is_empty() {
-                let left = found.damaged.first().or(found.foreign.first());
-                let found = left.map_or("the folder is empty".into(), |l| l.reason.to_string());
-                return Err(Error::NothingToSend { path: path.clone(), found });
+            let files = object_files(path, progress)?;
+            if files.objects.is_empty() {
+                let left = files.damaged.first().or(files.foreign.first());
+                let reason = left.map_or("the folder is empty".into(), |l| l.reason.to_string());
+                return Err(Error::NothingToSend { path: path.clone(), found: reason });
             }
-            info.foreign += found.foreign.len();
+            info.foreign += files.foreign.len();
             let refused = |file: &str, reason: String| Refused { file: file.to_owned(), reason };
             info.refused
-                .extend(found.damaged.into_iter().map(|d| refused(&d.file, d.reason.to_string())));
+                .extend(files.damaged.into_iter().map(|d| refused(&d.file, d.reason.to_string())));
             let journal = load.journal(Journal::open(path, &call.peer));
-            for object in found.objects {
+            for object in files.objects {
                 if let Some(first) = seen.get(&object.instance) {
                     mixed::same(first, &object)?;
                     let text = format!(" is the same object as {}: it is sent once", first.name);

@@ -167,10 +167,10 @@ fn pem_error(path: &Path, wanted: &str, error: pem::Error) -> Error {
 
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, Error> {
     let fail = |e| pem_error(path, "certificate", e);
-    let found: Result<Vec<_>, _> = CertificateDer::pem_file_iter(path).map_err(fail)?.collect();
-    match found.map_err(fail)? {
-        found if found.is_empty() => Err(fail(pem::Error::NoItemsFound)),
-        found => Ok(found),
+    let certs: Result<Vec<_>, _> = CertificateDer::pem_file_iter(path).map_err(fail)?.collect();
+    match certs.map_err(fail)? {
+        certs if certs.is_empty() => Err(fail(pem::Error::NoItemsFound)),
+        certs => Ok(certs),
     }
 }
 

@@ -18,8 +18,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (params, progress) = (ReadParams::default(), Progress::none());
     match args[..] {
         ["inspect", path] => {
-            let found = inspect(Path::new(path), Depth::Pixels, Accept::default(), progress)?;
-            println!("{}", serde_json::to_string_pretty(&found)?);
+            let inspection = inspect(Path::new(path), Depth::Pixels, Accept::default(), progress)?;
+            println!("{}", serde_json::to_string_pretty(&inspection)?);
         }
         ["read", path] => {
             let (ct, _, info) = read_series(Path::new(path), &params, progress)?;

@@ -85,8 +85,8 @@ pub fn write_document(
     put_pdf(&mut set, pdf, length);
     write(set, params, &KIND, path, |written| {
         let read = Object::open(written).map_err(|e| e.to_string())?;
-        let found = read.set.bytes(tags::ENCAPSULATED_DOCUMENT).unwrap_or_default();
-        let same = found.get(..pdf.len()) == Some(pdf) && found.len() - pdf.len() < 2;
+        let bytes = read.set.bytes(tags::ENCAPSULATED_DOCUMENT).unwrap_or_default();
+        let same = bytes.get(..pdf.len()) == Some(pdf) && bytes.len() - pdf.len() < 2;
         if same { Ok(()) } else { Err("the document differs".into()) }
     })
 }

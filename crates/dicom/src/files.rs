@@ -109,14 +109,14 @@ fn list(folder: &Path, depth: usize, listed: &mut Listed) -> Result<(), Error> {
         }
         let path = entry.path();
         if entry.file_type().map_err(read_error)?.is_dir() {
-            let found = if depth > 0 { list(&path, depth - 1, listed) } else { Ok(()) };
-            match found {
+            let listing = if depth > 0 { list(&path, depth - 1, listed) } else { Ok(()) };
+            match listing {
                 Err(Error::Read { source, path: at })
                     if source.kind() == ErrorKind::PermissionDenied && at == path =>
                 {
                     listed.closed.push(path);
                 }
-                found => found?,
+                listing => listing?,
             }
         } else if path.is_file() {
             listed.files.push(path);
@@ -124,8 +124,8 @@ fn list(folder: &Path, depth: usize, listed: &mut Listed) -> Result<(), Error> {
             listed.closed.push(path);
         }
         if listed.files.len() + listed.closed.len() > MAX_FILES {
-            let found = format!("more than {MAX_FILES} files; name a folder closer to the series");
-            return Err(Error::NoCt { path: folder.to_owned(), found });
+            let reason = format!("more than {MAX_FILES} files; name a folder closer to the series");
+            return Err(Error::NoCt { path: folder.to_owned(), found: reason });
         }
     }
     Ok(())

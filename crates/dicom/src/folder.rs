@@ -114,7 +114,7 @@ impl Folder {
         let listed = place.files()?;
         let paths = &listed.files;
         let done = AtomicUsize::new(0);
-        let found: Vec<Result<(Found, bool), Error>> = paths
+        let results: Vec<Result<(Found, bool), Error>> = paths
             .par_iter()
             .map(|file| {
                 let n = done.fetch_add(1, Ordering::Relaxed);
@@ -133,7 +133,7 @@ impl Folder {
             warnings: Vec::new(),
         };
         let given = place.one_file.then_some(path);
-        folder.sort(found, given)?;
+        folder.sort(results, given)?;
         Ok(folder)
     }
 
@@ -172,12 +172,12 @@ impl Folder {
     /// [`Error::NothingToExclude`] for a name that no file has.
     pub(crate) fn exclude(&mut self, names: &[String]) -> Result<(), Error> {
         for asked in names {
-            let mut found = self.damaged.extract_if(.., |d| d.file == *asked).count();
+            let mut removed = self.damaged.extract_if(.., |d| d.file == *asked).count();
             for series in &mut self.series {
-                found += series.files.extract_if(.., |file| file.name == *asked).count();
+                removed += series.files.extract_if(.., |file| file.name == *asked).count();
             }
             let known = self.other.iter().chain(&self.foreign).any(|left| left.file == *asked);
-            if found > 0 {
+            if removed > 0 {
                 self.other.push(LeftOut { file: asked.clone(), reason: LeftOutReason::Asked });
             } else if !known {
                 return Err(Error::NothingToExclude { file: asked.clone() });
@@ -263,9 +263,9 @@ impl Folder {
             *kinds.entry(format!("damaged (first: {first})")).or_default() += self.damaged.len();
         }
         let listed: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} x {kind}")).collect();
-        let found =
+        let contents =
             if listed.is_empty() { "the folder is empty".into() } else { listed.join(", ") };
-        Error::NoCt { path: path.to_owned(), found }
+        Error::NoCt { path: path.to_owned(), found: contents }
     }
 }
 
@@ -342,14 +342,14 @@ fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error
         let (path, name, syntax) = (path.to_owned(), name.clone(), container.syntax.name());
         CtFile { path, name, series, syntax, slice }
     };
-    let found = match slices(&name, &class, &head, &container.syntax, accept) {
+    let content = match slices(&name, &class, &head, &container.syntax, accept) {
         Ok(slices) => Found::Ct(slices.into_iter().map(ct_file).collect()),
         Err(error) => {
             let series = Some(head.set.text(tags::SERIES_INSTANCE_UID));
             Found::Damaged(Damaged { error, file: name, series })
         }
     };
-    Ok((found, preamble))
+    Ok((content, preamble))
 }
 
 /// Said of images that [`Container::identify`] had to name.

@@ -153,9 +153,9 @@ fn mended(header: &DataSet) -> Vec<(Tag, VR, String)> {
             Some(_) => mended_value(vr, value, longest),
             None => (*value).to_owned(),
         };
-        let found: Vec<String> = values.iter().map(fitting).collect();
-        let found = found.join("\\");
-        (is_odd && found != text && dictionary_vr(tag) == vr).then_some((tag, vr, found))
+        let repaired: Vec<String> = values.iter().map(fitting).collect();
+        let repaired = repaired.join("\\");
+        (is_odd && repaired != text && dictionary_vr(tag) == vr).then_some((tag, vr, repaired))
     };
     open.filter_map(one).collect()
 }

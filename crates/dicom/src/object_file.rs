@@ -111,7 +111,7 @@ pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, 
     };
     let paths = &listed.files;
     let done = AtomicUsize::new(0);
-    let found: Vec<Result<Looked, Error>> = paths
+    let results: Vec<Result<Looked, Error>> = paths
         .par_iter()
         .map(|file| {
             let n = done.fetch_add(1, Ordering::Relaxed);
@@ -121,7 +121,7 @@ pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, 
         .collect();
     let foreign = listed.closed(path).collect();
     let mut files = ObjectFiles { foreign, ..ObjectFiles::default() };
-    for one in found {
+    for one in results {
         match one? {
             Looked::Object(object) => files.objects.push(*object),
             Looked::Foreign(left) => files.foreign.push(left),

@@ -69,9 +69,9 @@ impl Reader<'_> {
         if texts.is_empty() {
             return self.fail(name, "is missing");
         }
-        let found = texts.join("\\");
+        let text = texts.join("\\");
         parse_ds_list(&texts)
-            .map_or_else(|| self.fail(name, format!("is {found:?}, not {N} decimal number(s)")), Ok)
+            .map_or_else(|| self.fail(name, format!("is {text:?}, not {N} decimal number(s)")), Ok)
     }
 }
 

@@ -43,10 +43,10 @@ pub(crate) fn same_elements(path: &Path, meant: &DataSet) -> Result<(), String> 
 fn same_items(object: &InMemDicomObject, meant: &DataSet) -> Result<(), String> {
     for element in meant.elements() {
         let tag = element.tag;
-        let found = object.element(tag).map_err(|e| e.to_string())?;
+        let stored = object.element(tag).map_err(|e| e.to_string())?;
         let same = match &element.value {
             Value::Items(items) => {
-                let read = found.items().unwrap_or_default();
+                let read = stored.items().unwrap_or_default();
                 if read.len() != items.len() {
                     return Err(format!("{tag} has {} items", read.len()));
                 }
@@ -54,16 +54,16 @@ fn same_items(object: &InMemDicomObject, meant: &DataSet) -> Result<(), String> 
                 true
             }
             Value::Bytes(bytes) if is_text(element.vr) => {
-                let read = found.to_str().map_err(|e| e.to_string())?;
+                let read = stored.to_str().map_err(|e| e.to_string())?;
                 // Other characters are decoded by the file's own character set.
                 !bytes.is_ascii() || trimmed(&read) == trimmed(&text_of(bytes))
             }
             Value::Bytes(bytes) if element.vr == VR::AT => {
-                let Tag(group, element) = found.value().to_tag().map_err(|e| e.to_string())?;
+                let Tag(group, element) = stored.value().to_tag().map_err(|e| e.to_string())?;
                 *bytes == [group.to_le_bytes(), element.to_le_bytes()].concat()
             }
             Value::Bytes(bytes) => {
-                let read = found.to_bytes().map_err(|e| e.to_string())?;
+                let read = stored.to_bytes().map_err(|e| e.to_string())?;
                 read.starts_with(bytes) && read.len() <= bytes.len() + 1
             }
             Value::Fragments(_) => false,

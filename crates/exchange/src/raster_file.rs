@@ -47,8 +47,8 @@ const UNPACK: &str = "unpack it and name what was in it";
 /// Why a file of this name is not read, where its ending tells: a volume in another form, or an
 /// archive.
 pub(crate) fn form_elsewhere(path: &Path) -> Option<Problem> {
-    let found = ELSEWHERE.iter().find(|(ending, ..)| file::has_suffix(path, ending));
-    found.map(|&(_, what, advice)| Problem::Unsupported { what: what.into(), advice })
+    let entry = ELSEWHERE.iter().find(|(ending, ..)| file::has_suffix(path, ending));
+    entry.map(|&(_, what, advice)| Problem::Unsupported { what: what.into(), advice })
 }
 
 /// Whether a name is that of a volume in a form that is not read, or of an archive, as

@@ -15,11 +15,11 @@ pub(crate) fn rows<'a>(bytes: &'a [u8], head: &[&str]) -> Result<csv::Reader<&'a
         .delimiter(separator(first))
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
-    let found = reader.headers().map_err(malformed)?;
-    if !found.iter().map(str::to_ascii_lowercase).eq(head.iter().copied()) {
-        let found: Vec<&str> = found.iter().collect();
-        let found: String = found.join(",").chars().take(60).collect();
-        let reason = format!("`{found}` instead of the heading `{}` (LPS, mm)", head.join(","));
+    let headers = reader.headers().map_err(malformed)?;
+    if !headers.iter().map(str::to_ascii_lowercase).eq(head.iter().copied()) {
+        let columns: Vec<&str> = headers.iter().collect();
+        let heading: String = columns.join(",").chars().take(60).collect();
+        let reason = format!("`{heading}` instead of the heading `{}` (LPS, mm)", head.join(","));
         return Err(Problem::Line { line: 1, reason });
     }
     Ok(reader)

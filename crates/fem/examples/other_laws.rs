@@ -63,8 +63,8 @@ impl Anatomy {
             return Err("nodes of 3 coordinates and tetrahedra of 10 nodes are asked for".into());
         }
         let mut set = |name: &str| -> Result<BTreeSet<u32>, Failed> {
-            let found: Array1<u16> = file.by_name(name)?;
-            Ok(found.iter().map(|&n| n.into()).collect())
+            let indices: Array1<u16> = file.by_name(name)?;
+            Ok(indices.iter().map(|&n| n.into()).collect())
         };
         let (wall, fixed) = (set("wall_nodes")?, set("fixed_nodes")?);
         let point = |k: usize| Point::from([0, 1, 2].map(|axis| f64::from(nodes[[k, axis]])));
@@ -299,8 +299,8 @@ fn main() -> Result<(), Failed> {
     // Table before sitting up: the one nearer to the CT is found first, and helps to the other.
     let mut poses = Sequence::new(&body, supine(), &params)?;
     for (name, gravity) in [("table", table.gravity()), ("sitting", sitting())] {
-        let found = poses.at(tissue.young_kpa, gravity, false, Progress::none())?;
-        let info = &found.info;
+        let solution = poses.at(tissue.young_kpa, gravity, false, Progress::none())?;
+        let info = &solution.info;
         println!(
             "{name}: {} unknowns, {} Newton iterations, det F from {:.3}, moves up to {:.2} mm",
             info.unknowns,
@@ -309,7 +309,7 @@ fn main() -> Result<(), Failed> {
             info.solve.max_displacement_mm
         );
         info.warnings.iter().for_each(|warning| println!("{name}: {warning}"));
-        let values = shape.at_curved(found.deformation.displacement())?;
+        let values = shape.at_curved(solution.deformation.displacement())?;
         file.add_array(format!("u_{name}"), &shape.renumbered(&values))?;
     }
     let nodes: Vec<Vector> =

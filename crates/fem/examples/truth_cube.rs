@@ -139,8 +139,10 @@ impl Pressed<'_> {
     /// The displacements of the beads with the plate at `pose`.
     fn moved(&mut self, pose: &Pose) -> Result<Vec<Vector>, Box<dyn Error>> {
         self.plate.settle(pose, TOLERANCE, Progress::none())?;
-        let found = self.plate.deformation()?;
-        let at = |l: &Located| found.displacement().at(found.mesh(), &self.edges, l.tet, l.weights);
+        let deformation = self.plate.deformation()?;
+        let at = |l: &Located| {
+            deformation.displacement().at(deformation.mesh(), &self.edges, l.tet, l.weights)
+        };
         Ok(self.located.iter().map(at).collect())
     }
 

@@ -44,8 +44,8 @@ impl<T: Send + 'static> Background<T> {
 
     /// What came of the work, if it has ended and something did.
     pub(crate) fn take(&mut self) -> Option<T> {
-        let found = self.worker.as_ref().map(|worker| worker.results.try_recv())?;
-        match found {
+        let received = self.worker.as_ref().map(|worker| worker.results.try_recv())?;
+        match received {
             Ok(result) => {
                 self.busy = false;
                 result

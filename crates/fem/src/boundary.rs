@@ -35,18 +35,18 @@ pub(crate) fn faces_on(mesh: &TetMesh, tag: BoundaryTag) -> Vec<Face> {
     };
     let part = mesh.boundary().iter().filter(|face| face.tag == tag);
     let part: BTreeSet<[u32; 3]> = part.map(|face| sorted(face.points)).collect();
-    let mut found = Vec::with_capacity(part.len());
+    let mut faces = Vec::with_capacity(part.len());
     for (element, tet) in mesh.tets().iter().enumerate() {
         for own in TET_FACES {
             let points = own.map(|corner| tet[corner]);
             if part.contains(&sorted(points)) {
                 let [a, b, c] = points.map(|p| mesh.points()[p as usize]);
                 let area_mm2 = (b - a).cross(&(c - a)).norm() / 2.0;
-                found.push(Face { element, own, points, area_mm2 });
+                faces.push(Face { element, own, points, area_mm2 });
             }
         }
     }
-    found
+    faces
 }
 
 /// The numbers that elements have when only those of `keep` are left.

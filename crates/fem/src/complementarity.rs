@@ -72,8 +72,8 @@ fn balanced(q: &DMatrix<f64>, b: &DVector<f64>, active: &[bool]) -> Option<DVect
     };
     let own = DMatrix::from_fn(set.len(), set.len(), raised);
     let right = DVector::from_fn(set.len(), |i, _| -b[set[i]]);
-    let found = Cholesky::new(own)?.solve(&right);
-    set.iter().zip(found.iter()).for_each(|(&i, l)| lambda[i] = *l);
+    let solution = Cholesky::new(own)?.solve(&right);
+    set.iter().zip(solution.iter()).for_each(|(&i, l)| lambda[i] = *l);
     lambda.iter().all(|l| l.is_finite()).then_some(lambda)
 }
 

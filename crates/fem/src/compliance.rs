@@ -122,7 +122,7 @@ impl Learnt<'_> {
     /// vectors at places in the list of the nodes in reach.
     pub(crate) fn across(&self, directions: &[(usize, Vector)]) -> DMatrix<f64> {
         let n = directions.len();
-        let mut found = DMatrix::zeros(n, n);
+        let mut compliance = DMatrix::zeros(n, n);
         // Of the nodes at which there are directions alone.
         let mut nodes: Vec<usize> = directions.iter().map(|(at, _)| *at).collect();
         nodes.sort_unstable();
@@ -137,7 +137,7 @@ impl Learnt<'_> {
                 *way = of(&x) * normal.x + of(&y) * normal.y + of(&z) * normal.z;
             }
             for (i, (_, direction)) in directions.iter().enumerate().take(k + 1) {
-                found[(i, k)] = direction.dot(&way[own[i]]);
+                compliance[(i, k)] = direction.dot(&way[own[i]]);
             }
         }
         let columns = self.w.ncols();
@@ -150,11 +150,11 @@ impl Learnt<'_> {
             let more = &own * self.pairs.middle() * own.transpose();
             for k in 0..n {
                 for i in 0..=k {
-                    found[(i, k)] += 0.5 * (more[(i, k)] + more[(k, i)]);
+                    compliance[(i, k)] += 0.5 * (more[(i, k)] + more[(k, i)]);
                 }
             }
         }
-        found.fill_lower_triangle_with_upper_triangle();
-        found
+        compliance.fill_lower_triangle_with_upper_triangle();
+        compliance
     }
 }

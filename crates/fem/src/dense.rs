@@ -26,12 +26,12 @@ impl Positive {
     /// The matrix's inverse times `right`.
     pub(crate) fn solve(&self, right: &DMatrix<f64>) -> DMatrix<f64> {
         let (n, columns) = right.shape();
-        let mut found = right.clone();
+        let mut solution = right.clone();
         let own = MatRef::from_column_major_slice(self.0.as_slice(), n, n);
-        let all = MatMut::from_column_major_slice_mut(found.as_mut_slice(), n, columns);
+        let all = MatMut::from_column_major_slice_mut(solution.as_mut_slice(), n, columns);
         // It asks for no work space.
         solve::solve_in_place(own, all, Par::Seq, MemStack::new(&mut []));
-        found
+        solution
     }
 }
 

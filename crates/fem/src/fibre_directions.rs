@@ -75,7 +75,7 @@ fn potential(mesh: &TetMesh, elements: &Elements<4, 1>) -> Option<Vec<f64>> {
             diagonal[*p as usize] += weight[0] * g.norm_squared();
         });
     }
-    let found = conjugate_gradients(
+    let correction = conjugate_gradients(
         |x, product| {
             apply(x, product);
             free(product);
@@ -88,7 +88,7 @@ fn potential(mesh: &TetMesh, elements: &Elements<4, 1>) -> Option<Vec<f64>> {
         GOAL,
         10 * start.len(),
     )?;
-    Some(start.iter().zip(&found).map(|(s, f)| s + f).collect())
+    Some(start.iter().zip(&correction).map(|(s, c)| s + c).collect())
 }
 
 #[cfg(test)]

@@ -88,15 +88,15 @@ impl Job<'_> {
         let (zero, goal) = (discretisation.zero(), self.params.tolerance);
         let tangent = Tangent::new(&discretisation.lower).map_err(|_| discretisation.memory())?;
         let mut newton = self.newton(&model, tangent, held);
-        let found = newton
+        let equilibrium = newton
             .equilibrium(&load, &zero, KnownEquilibrium { u: &zero, load: &zero }, goal, progress)
             .map_err(|halt| newton.failed(halt, self.params.tolerance))?;
         let lack =
             |field: &[Vector]| missing(positions, &model.elements.nodes, &self.body.mesh, field);
-        let own = lack(&found.u);
+        let own = lack(&equilibrium.u);
         let means = means.each_ref().map(Vec::as_slice);
         let adjoints = newton
-            .linearised(&found.u, means)
+            .linearised(&equilibrium.u, means)
             .map_err(|_| Error::Memory { unknowns: newton.unknowns() })?
             .ok_or(Error::Singular)?;
         let theirs = adjoints.each_ref().map(|adjoint| lack(adjoint));
@@ -106,9 +106,11 @@ impl Job<'_> {
             weight(t) * own[t] * of_adjoints
         };
         let shares = (0..self.body.mesh.tets().len()).map(share).collect();
-        let displacement =
-            Vector::from(means.map(|mean| mean.iter().zip(&found.u).map(|(m, u)| m.dot(u)).sum()));
-        let wall = self.wall(&model, positions, &found.u, &adjoints).ok_or(Error::Singular)?;
+        let displacement = Vector::from(
+            means.map(|mean| mean.iter().zip(&equilibrium.u).map(|(m, u)| m.dot(u)).sum()),
+        );
+        let wall =
+            self.wall(&model, positions, &equilibrium.u, &adjoints).ok_or(Error::Singular)?;
         Ok(GoalErrors { displacement, shares, wall })
     }
 
@@ -120,14 +122,14 @@ impl Job<'_> {
         nodes: usize,
     ) -> Result<[Vec<Vector>; 3], Error> {
         let locator = Locator::new(self.body.mesh.clone());
-        let found: Vec<_> = samples(goal).filter_map(|p| locator.locate(&p)).collect();
-        if found.is_empty() {
+        let places: Vec<_> = samples(goal).filter_map(|p| locator.locate(&p)).collect();
+        if places.is_empty() {
             return Err(Error::GoalOutside { centre: goal.centre().coords.into() });
         }
         let mut weights = vec![0.0; nodes];
-        for place in &found {
+        for place in &places {
             for (node, value) in elements[place.tet].iter().zip(shape::<N>(place.weights)) {
-                weights[*node as usize] += value / found.len() as f64;
+                weights[*node as usize] += value / places.len() as f64;
             }
         }
         let along = |axis: Vector| weights.iter().map(|w| axis * *w).collect();

@@ -365,8 +365,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         let right: Vec<f64> =
             self.pattern.gather(&state.out_of_balance).iter().map(|r| -r).collect();
         let (u, predicted) = (&state.u, state.predicted.as_ref());
-        let found = self.tangent.solve(self.model, u, predicted, [&right], forcing)?;
-        Ok(found.map(|[LinearSolution { x, exact }]| {
+        let solution = self.tangent.solve(self.model, u, predicted, [&right], forcing)?;
+        Ok(solution.map(|[LinearSolution { x, exact }]| {
             self.effort.indefinite += usize::from(!exact);
             Direction { step: self.pattern.scatter(&x), shifted: !exact }
         }))
@@ -385,15 +385,15 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ) -> Result<Option<[Vec<Vector>; K]>, OutOfMemory> {
         let right = q.map(|q| self.pattern.gather(q));
         let right = right.each_ref().map(Vec::as_slice);
-        let mut found = self.tangent.solve(self.model, u, None, right, RESULT_TOLERANCE)?;
-        let exact = |found: &Option<[LinearSolution; K]>| {
-            found.iter().flatten().all(|solution| solution.exact)
+        let mut solved = self.tangent.solve(self.model, u, None, right, RESULT_TOLERANCE)?;
+        let exact = |solutions: &Option<[LinearSolution; K]>| {
+            solutions.iter().flatten().all(|solution| solution.exact)
         };
         // A stiffness may only seem indefinite in single precision.
-        if !exact(&found) && self.tangent.use_double()? {
-            found = self.tangent.solve(self.model, u, None, right, RESULT_TOLERANCE)?;
+        if !exact(&solved) && self.tangent.use_double()? {
+            solved = self.tangent.solve(self.model, u, None, right, RESULT_TOLERANCE)?;
         }
-        Ok(found.map(|solutions| {
+        Ok(solved.map(|solutions| {
             self.effort.indefinite += usize::from(solutions.iter().any(|solution| !solution.exact));
             solutions.map(|solution| self.pattern.scatter(&solution.x))
         }))

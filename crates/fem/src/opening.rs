@@ -110,20 +110,20 @@ impl UnilateralContact {
             let next: f64 = if share + part >= 1.0 - 1e-12 { 1.0 } else { share + part };
             let between = if next < 1.0 { site.between(&first, pose, next) } else { *pose };
             let limits = (goal, progress.part(share, next));
-            let found = self.minimise(site, balance.clone(), Target::at(&between), limits);
-            match found {
-                Ok((found, _)) if self.enters(&found, &between) => {
+            let outcome = self.minimise(site, balance.clone(), Target::at(&between), limits);
+            match outcome {
+                Ok((equilibrium, _)) if self.enters(&equilibrium, &between) => {
                     let (cause, residual) = (Cause::NoDescent, f64::INFINITY);
                     return Err(SolveError::NotConverged(NonConvergence {
                         cause,
                         residual,
-                        u: found.u,
+                        u: equilibrium.u,
                         load_share: share,
                     }));
                 }
-                Ok((found, made)) => {
+                Ok((equilibrium, made)) => {
                     corrections += made;
-                    (balance, share, most) = (found, next, 2.0 * most);
+                    (balance, share, most) = (equilibrium, next, 2.0 * most);
                 }
                 Err(SolveError::NotConverged(_)) if part > SMALLEST_PART * free.min(1.0) => {
                     most = 0.5 * part
@@ -230,26 +230,26 @@ impl UnilateralContact {
                 self.wall.put_on(&mut next.u, &correction.presses, target);
             }
             self.wall.keep_out(&mut next.u, (&from.u, (1.0 - share).max(0.0)), target);
-            let found = self.seen(site, &next, target)?;
-            let rise =
-                found.potential - seen.potential + penalty * (found.violation - seen.violation);
-            Some((next, found, rise))
+            let assessment = self.seen(site, &next, target)?;
+            let rise = assessment.potential - seen.potential
+                + penalty * (assessment.violation - seen.violation);
+            Some((next, assessment, rise))
         };
         let mut share = 1.0;
         for _ in 0..SHORTENINGS {
-            if let Some((mut next, mut found, mut rise)) = at(share) {
-                let rounded = rise.abs() < rounding && found.residual < seen.residual;
+            if let Some((mut next, mut assessment, mut rise)) = at(share) {
+                let rounded = rise.abs() < rounding && assessment.residual < seen.residual;
                 if (slope < 0.0 && rise <= ARMIJO * share * slope) || rounded {
                     // A stiffness that had to be shifted is stiffer than the tissue, and its steps
                     // fall short.
                     while (1.0..LONGEST).contains(&share)
-                        && found.residual > SHORT * seen.residual
+                        && assessment.residual > SHORT * seen.residual
                         && let Some((farther, there, rises)) = at(2.0 * share)
                         && rises < rise - rounding
                     {
-                        (next, found, rise, share) = (farther, there, rises, 2.0 * share);
+                        (next, assessment, rise, share) = (farther, there, rises, 2.0 * share);
                     }
-                    return Some((next, found, share));
+                    return Some((next, assessment, share));
                 }
             }
             share *= 0.5;

@@ -196,11 +196,11 @@ impl Stiff {
                 DMatrix::from_diagonal_element(bends.len(), bends.len(), (1.0 - left) / share);
             Positive::new(one - &own)
         };
-        let found = CURVATURE.into_iter().find_map(|share| {
+        let curvature = CURVATURE.into_iter().find_map(|share| {
             with(share, LEFT)?;
             Some((share, with(share, 0.0)?))
         });
-        let (share, bent) = match found {
+        let (share, bent) = match curvature {
             Some((share, bent)) => (share, Some(bent)),
             None => (0.0, None),
         };

@@ -60,14 +60,15 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     let mut newton = job.newton(&model, tangent, &discretisation.held);
     let known = KnownEquilibrium { u: &zero, load: &zero };
     let expected = job.expected(&before.equilibria);
-    let found = newton
+    let equilibrium = newton
         .resumed(&load, expected, known, job.params.tolerance, progress)
         .map_err(|halt| newton.failed(halt, job.params.tolerance))?;
-    let info = job.info(&found, newton.effort, &model, &discretisation.lower)?;
-    let slope = job.slope.then(|| sensitivity::net(job, &mut newton, &found.u)).transpose()?;
+    let info = job.info(&equilibrium, newton.effort, &model, &discretisation.lower)?;
+    let slope =
+        job.slope.then(|| sensitivity::net(job, &mut newton, &equilibrium.u)).transpose()?;
     before.loaded.keep(newton.into_tangent());
-    before.equilibria.keep(|| job.state(job.load.target, found.u.clone(), slope.clone()));
-    Ok(LoadedBody { model, load, to_ct: zero, u: found.u, slope, info })
+    before.equilibria.keep(|| job.state(job.load.target, equilibrium.u.clone(), slope.clone()));
+    Ok(LoadedBody { model, load, to_ct: zero, u: equilibrium.u, slope, info })
 }
 
 /// Equilibrium of a body whose shape without gravity is stress-free.
@@ -97,10 +98,10 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     let known = KnownEquilibrium { u: &to_ct, load: &ct_load };
     let off_ct = job.expected(&before.equilibria);
     let expected = off_ct.map(|d| d.iter().zip(&to_ct).map(|(d, ct)| d + ct).collect());
-    let found = newton
+    let equilibrium = newton
         .resumed(&load, expected, known, job.params.tolerance, progress.part(0.6, 1.0))
         .map_err(|halt| newton.failed(halt, job.params.tolerance))?;
-    let mut info = job.info(&found, newton.effort, &model, &discretisation.lower)?;
+    let mut info = job.info(&equilibrium, newton.effort, &model, &discretisation.lower)?;
     info.unloading = Some(rest.unloading);
     info.solve.reload_error_mm = rest.unloading.reload_error_mm;
     info.warnings.extend(job.softness_warning());
@@ -109,14 +110,16 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         let fibres = job.fibres(discretisation);
         let inverse = job.inverse(discretisation, rest.tissue(), fibres.as_ref());
         let parts = [to_ct.as_slice(), &of_rest];
-        Some(sensitivity::unloaded(job, &mut newton, &inverse, parts, &found.u)?)
+        Some(sensitivity::unloaded(job, &mut newton, &inverse, parts, &equilibrium.u)?)
     } else {
         None
     };
     before.loaded.keep(newton.into_tangent());
-    before.equilibria.keep(|| job.state(job.load.target, from_ct(&found.u, &to_ct), slope.clone()));
+    before
+        .equilibria
+        .keep(|| job.state(job.load.target, from_ct(&equilibrium.u, &to_ct), slope.clone()));
     before.keep_rest(rest);
-    Ok(LoadedBody { model, load, to_ct, u: found.u, slope, info })
+    Ok(LoadedBody { model, load, to_ct, u: equilibrium.u, slope, info })
 }
 
 /// What resists deformation: the material of each element, and the boundary.

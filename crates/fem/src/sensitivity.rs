@@ -151,8 +151,8 @@ pub(crate) fn of_rest<const N: usize, const Q: usize>(
     let to_rest: Vec<Vector> = to_ct.iter().map(|v| -v).collect();
     let at_ct = model.forces_by_modulus(to_ct).ok_or(Error::Singular)?;
     let unknowns = inverse.full.unknowns();
-    let found = inverse.linearised(solver, &to_rest, &at_ct);
-    found.map_err(|_| Error::Memory { unknowns })?.ok_or(Error::Singular)
+    let slope = inverse.linearised(solver, &to_rest, &at_ct);
+    slope.map_err(|_| Error::Memory { unknowns })?.ok_or(Error::Singular)
 }
 
 /// dx/dE at the equilibrium `u` from the stress-free shape that `inverse` found, mm/kPa.
@@ -193,8 +193,8 @@ fn stable_solution<const N: usize, const Q: usize>(
 ) -> Result<Vec<Vector>, Error> {
     let shifted = newton.effort.indefinite;
     let unknowns = newton.unknowns();
-    let found = newton.linearised(u, [right]).map_err(|_| Error::Memory { unknowns })?;
-    let [solution] = found.ok_or(Error::Singular)?;
+    let solutions = newton.linearised(u, [right]).map_err(|_| Error::Memory { unknowns })?;
+    let [solution] = solutions.ok_or(Error::Singular)?;
     // A shifted stiffness solves another system.
     if newton.effort.indefinite > shifted {
         return Err(Error::Singular);

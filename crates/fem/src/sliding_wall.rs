@@ -261,20 +261,20 @@ fn area_nodes<const N: usize>(
     nodes: &[[u32; N]],
     faces: &[&Face],
 ) -> BTreeMap<usize, AreaNode> {
-    let mut found = BTreeMap::new();
+    let mut by_node = BTreeMap::new();
     for face in faces {
         let (tet, own) = (mesh.tets()[face.element], face.nodes::<N>());
         for &a in &own {
             let ends = if a < 4 { vec![a] } else { TET_EDGES[a - 4].to_vec() };
             let node = nodes[face.element][a] as usize;
-            let entry = found.entry(node).or_insert_with(|| {
+            let entry = by_node.entry(node).or_insert_with(|| {
                 let ends = ends.into_iter().map(|end| tet[end]).collect();
                 AreaNode { ends, area_mm2: 0.0 }
             });
             entry.area_mm2 += face.area_mm2 / own.len() as f64;
         }
     }
-    found
+    by_node
 }
 
 #[cfg(test)]

@@ -285,11 +285,11 @@ impl<const N: usize, const Q: usize> TiltedTissue<N, Q> {
         let mut newton =
             Newton::new(&system.model, tangent, &system.held, system.norm, system.max_iterations);
         let known = KnownEquilibrium { u: &system.to_ct, load: &at_ct };
-        let found = newton
+        let equilibrium = newton
             .resumed(load, Some(self.u.clone()), known, system.tolerance, Progress::none())
             .map_err(|halt| newton.failed(halt, system.tolerance))?;
         let corrections = newton.effort.iterations;
-        self.u = found.u;
+        self.u = equilibrium.u;
         Ok(Step { corrections, error_mm: 0.0, by_newton: true })
     }
 }

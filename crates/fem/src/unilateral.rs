@@ -116,11 +116,11 @@ impl UnilateralContact {
     ) -> Result<bool, OutOfMemory> {
         let nodes = self.wall.reach(&balance.u, &balance.forces, reach);
         let made = Compliance::new(site, &balance.u, nodes, self.spare.take())?;
-        let found = made.is_some();
+        let renewed = made.is_some();
         if let Some(compliance) = made {
             self.adopt(compliance);
         }
-        Ok(found)
+        Ok(renewed)
     }
 
     /// Whether a node that is not in reach has come near: a renewal would spare a step its own.
@@ -202,11 +202,11 @@ impl UnilateralContact {
     ) -> Option<Step> {
         let target = Target::at(pose);
         let near = self.parts(site, place, pose) == 1;
-        let found =
+        let corrected =
             near.then(|| self.corrected(site, self.balance(place), target, budget)).flatten();
-        let found = found
+        let corrected = corrected
             .filter(|(balance, _)| self.wall.buried(&balance.u, (target, BURIED_MM)).is_none());
-        let Some((balance, made)) = found else {
+        let Some((balance, made)) = corrected else {
             self.last = None;
             self.compliance.pairs.forget();
             return None;
@@ -296,14 +296,14 @@ impl UnilateralContact {
         let mut left = if stiffer { 1.0 } else { (self.rate * way).clamp(MIN_RATE, 1.0) };
         for corrections in 1..=budget.corrections {
             let forces = site.out_of_balance(&balance.u)?;
-            let found = self.correct(site, &balance, &forces, target)?;
-            let size = largest(&found.step);
+            let correction = self.correct(site, &balance, &forces, target)?;
+            let size = largest(&correction.step);
             let highest = recent.iter().copied().fold(0.0, f64::max);
             if size.is_nan() || size > (GROWTH * highest).min(site.size_mm) {
                 return None;
             }
             recent = [recent[1], recent[2], size];
-            balance = self.gone(site, &balance, &found, 1.0);
+            balance = self.gone(site, &balance, &correction, 1.0);
             if corrections > 1 {
                 let seen = size / last;
                 self.rate = (seen / way.max(1e-3)).max(RATE_FALL * self.rate);

@@ -86,6 +86,6 @@ fn quadratic(points: &[Vector], [s, t, n]: &[Vector; 3]) -> Option<[f64; TERMS]>
     }
     let solved = matrix.cholesky()?.solve(&right);
     let scales = [REACH_MM, 1.0, 1.0, 1.0 / REACH_MM, 1.0 / REACH_MM, 1.0 / REACH_MM];
-    let found: [f64; TERMS] = std::array::from_fn(|k| solved[k] * scales[k]);
-    found.iter().all(|value| value.is_finite()).then_some(found)
+    let coefficients: [f64; TERMS] = std::array::from_fn(|k| solved[k] * scales[k]);
+    coefficients.iter().all(|value| value.is_finite()).then_some(coefficients)
 }

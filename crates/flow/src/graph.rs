@@ -88,8 +88,8 @@ pub(crate) trait Parents {
 
 /// A result by its node's type.
 pub(crate) fn typed<N: Node>(output: &Output) -> Arc<N::Out> {
-    let found = Arc::clone(output).downcast::<N::Out>();
-    found.unwrap_or_else(|_| unreachable!("the result of {} has the type of its node", N::ID))
+    let downcast = Arc::clone(output).downcast::<N::Out>();
+    downcast.unwrap_or_else(|_| unreachable!("the result of {} has the type of its node", N::ID))
 }
 
 macro_rules! parents {

@@ -122,7 +122,7 @@ impl LiveTilt {
     /// # Errors
     /// When a stage or the solver fails, or the observer ends the work.
     pub fn new(session: &Session, request: &Request<'_>) -> Result<Self, Error> {
-        let found = Found::new(session, request)?;
+        let inputs = Found::new(session, request)?;
         let (made_of, spec) = (MadeOf::now(session)?, session.spec());
         let (observer, failed) = (request.observer, &AtomicBool::new(false));
         let watch = Watched { node: NodeId::Solve, observer, failed };
@@ -132,8 +132,8 @@ impl LiveTilt {
         session.on_live(|| {
             let mesh = LiveMesh { tetrahedra: TETRAHEDRA, order: Order::Quadratic };
             let LiveTissue { ct, body, params } =
-                found.on(mesh, &Refinement::None, progress.part(0.0, 0.3))?;
-            let load = found.law().load();
+                inputs.on(mesh, &Refinement::None, progress.part(0.0, 0.3))?;
+            let load = inputs.law().load();
             let (tilt, _) = Tilt::new(&body, &load, &params, progress.part(0.3, 0.9))?;
             let carrier = Carrier::new(ct, tilt.deformation()?)?;
             let (ct, applicator) = (load.ct, None);

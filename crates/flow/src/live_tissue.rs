@@ -59,13 +59,13 @@ impl LiveTissue {
         mesh: LiveMesh,
         longest_mm: impl FnOnce(&TetMesh) -> Option<Volume<f32>> + Send,
     ) -> Result<Self, Error> {
-        let found = Found::new(session, request)?;
+        let inputs = Found::new(session, request)?;
         let (observer, failed) = (request.observer, &AtomicBool::new(false));
         let watch = Watched { node: NodeId::Mesh, observer, failed };
         session.on_live(|| {
-            let longest = longest_mm(&found.meshed.mesh);
+            let longest = longest_mm(&inputs.meshed.mesh);
             let refinement = longest.map_or(Refinement::None, Refinement::Longest);
-            found.on(mesh, &refinement, Progress::new(&watch))
+            inputs.on(mesh, &refinement, Progress::new(&watch))
         })
     }
 

@@ -71,12 +71,12 @@ impl Locator {
             );
             let mut tets: Vec<u32> = self.tree.intersect_aabb(&around).collect();
             tets.sort_unstable();
-            let found = tets.into_iter().map(|tet| {
+            let candidates = tets.into_iter().map(|tet| {
                 let tet = tet as usize;
                 Located { tet, weights: barycentric(&self.mesh.corners(tet), p) }
             });
             let outside = |l: &Located| l.weights.iter().copied().fold(f64::INFINITY, f64::min);
-            let best = found.reduce(|a, b| if outside(&b) > outside(&a) { b } else { a });
+            let best = candidates.reduce(|a, b| if outside(&b) > outside(&a) { b } else { a });
             match best {
                 Some(best) if met => return best,
                 best => met = best.is_some(),

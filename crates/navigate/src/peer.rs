@@ -238,7 +238,7 @@ impl Reader<'_> {
         let (hub, version) = (self.hub, self.outbox.version());
         let types = || messages::TYPES.map(str::to_owned).to_vec();
         let (answer, _) = hub.last();
-        let found = match of {
+        let reply = match of {
             "CAPABILITY" => Some(Message::new(
                 messages::NAVIGATOR,
                 messages::now(),
@@ -262,7 +262,7 @@ impl Reader<'_> {
                 return;
             }
         };
-        match found {
+        match reply {
             Some(message) => self.outbox.note(message),
             None => {
                 self.tell(StatusCode::NotReady, "Waiting", "there is no answer yet: no pose came")

@@ -43,9 +43,9 @@ impl Message {
         if given != header.body {
             return Err(BodyError::Length { announced: header.body, given });
         }
-        let found = crc::of(body);
-        if found != header.crc {
-            return Err(BodyError::Checksum { announced: header.crc, found });
+        let checksum = crc::of(body);
+        if checksum != header.crc {
+            return Err(BodyError::Checksum { announced: header.crc, found: checksum });
         }
         let (id, content, metadata) = match header.version {
             Version::One => (0, body, Vec::new()),

@@ -31,10 +31,10 @@ pub(crate) fn distances(
     for (name, points) in surfaces {
         let (points, triangles) = (points.clone(), carried.triangles.clone());
         let posed = Posed::new(&Rigid { points, triangles, weights: weights.clone() }, &[]);
-        let found = Matches::new(&scan, pose, &posed, &weights, WITHIN_MM);
+        let matches = Matches::new(&scan, pose, &posed, &weights, WITHIN_MM);
         let mut mm = vec![None; scan.points().len()];
         all.breast.fill(false);
-        for m in &found.0 {
+        for m in &matches.0 {
             mm[m.of as usize] = Some(m.residual_mm);
             all.breast[m.of as usize] = carried.parts[m.nearest as usize] == Part::Breast;
         }

@@ -96,8 +96,8 @@ fn on_torso(
         Some(pose) => vec![pose],
         None => {
             let whole = skin_of(question.carried, |part| part != Part::Unknown);
-            let found = candidates(question.scan, &whole, &[], progress.part(0.0, 0.8))?;
-            found.into_iter().take(POSES).map(|(_, pose)| pose).collect()
+            let ranked = candidates(question.scan, &whole, &[], progress.part(0.0, 0.8))?;
+            ranked.into_iter().take(POSES).map(|(_, pose)| pose).collect()
         }
     };
     let torso = skin_of(question.carried, |part| part == Part::Torso);
@@ -113,10 +113,10 @@ fn on_torso(
         let start = Start { pose, values: vec![] };
         align(question.scan, &torso, &start, &params, progress.part(0.8, 1.0))
     };
-    let mut found = starts.into_iter().map(on).collect::<Result<Vec<_>, _>>()?;
-    found.sort_by(|a, b| a.objective_mm2.total_cmp(&b.objective_mm2));
+    let mut aligned = starts.into_iter().map(on).collect::<Result<Vec<_>, _>>()?;
+    aligned.sort_by(|a, b| a.objective_mm2.total_cmp(&b.objective_mm2));
     let points = question.scan.points().len();
-    let best = found.first().ok_or(supine_register::Error::Apart { matched: 0, points })?;
+    let best = aligned.first().ok_or(supine_register::Error::Apart { matched: 0, points })?;
     let near = best.matches.0.iter().map(|m| m.residual_mm);
     let near: Vec<f64> = near.filter(|r| r.abs() < REACH_MM).collect();
     let squares = near.iter().map(|r| r * r).sum::<f64>();

@@ -125,10 +125,10 @@ pub fn tumour_interval(
         untold: question.untold,
         posture: question.posture,
     };
-    let mut found = told(&rests, wall.effects_mm(question.patches))?;
-    found.warnings =
+    let mut interval = told(&rests, wall.effects_mm(question.patches))?;
+    interval.warnings =
         [net, unloaded].into_iter().flatten().flat_map(|curve| curve.warnings).collect();
-    Ok(found)
+    Ok(interval)
 }
 
 /// The intervals of what is drawn.

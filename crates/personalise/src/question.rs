@@ -122,8 +122,8 @@ impl std::fmt::Debug for Question<'_> {
 /// The displacement of the place nearest to a point, LPS, mm.
 pub(crate) fn at_centre(solved: &Deformation, centre: &Point) -> Vector {
     let mesh = solved.mesh();
-    let found = Locator::new(mesh.clone()).nearest(centre);
-    solved.displacement().at(mesh, &Edges::new(mesh), found.tet, found.weights)
+    let nearest = Locator::new(mesh.clone()).nearest(centre);
+    solved.displacement().at(mesh, &Edges::new(mesh), nearest.tet, nearest.weights)
 }
 
 #[cfg(test)]

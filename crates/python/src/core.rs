@@ -117,8 +117,8 @@ impl Core {
     }
 
     fn deformation<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<Vectors<'py>> {
-        let found = self.ask(py, &hear, |session, request| session.deformation(request))?;
-        vectors(py, &found)
+        let deformation = self.ask(py, &hear, |session, request| session.deformation(request))?;
+        vectors(py, &deformation)
     }
 
     /// From the table to the CT for resamplers, from the CT to the table, and the Jacobian.
@@ -318,8 +318,8 @@ pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<MeshParts<'_>
 /// The mesh of a file with its displacement.
 #[pyfunction]
 pub(crate) fn read_deformation(py: Python<'_>, path: PathBuf) -> PyResult<Vectors<'_>> {
-    let found = given_deformation(&path).map_err(|error| raise(py, &error))?;
-    vectors(py, &found)
+    let deformation = given_deformation(&path).map_err(|error| raise(py, &error))?;
+    vectors(py, &deformation)
 }
 
 fn object(values: &str) -> PyResult<Map<String, Json>> {

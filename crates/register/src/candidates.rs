@@ -66,14 +66,14 @@ pub fn candidates(
                 prior_mm2: 0.0,
                 counts: None,
             };
-            let found = align(
+            let aligned = align(
                 scan,
                 &Fixed { shape, values },
                 &Start { values: vec![], ..start },
                 &params,
                 Progress::none(),
             );
-            let pose = found.map_or(*pose, |found| found.pose);
+            let pose = aligned.map_or(*pose, |aligned| aligned.pose);
             (rank(scan, &pose, 10.0), pose)
         };
         ranked = chosen.par_iter().map(refine).collect();

@@ -24,8 +24,8 @@ pub fn signed_distances(
     weights: &[f64],
     within_mm: f64,
 ) -> Distances {
-    let found = Matches::new(scan, pose, surface, weights, within_mm);
-    found.0.iter().map(|m| (m.place, m.residual_mm)).collect()
+    let matches = Matches::new(scan, pose, surface, weights, within_mm);
+    matches.0.iter().map(|m| (m.place, m.residual_mm)).collect()
 }
 
 impl FromIterator<(Point, f64)> for Distances {

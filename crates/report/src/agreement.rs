@@ -20,8 +20,8 @@ pub fn agreement(scene: &Scene<'_>) -> Agreement {
 
 fn skin(scene: &Scene<'_>) -> Option<SkinAgreement> {
     let faces = scene.mesh().boundary().iter().filter(|face| face.tag == BoundaryTag::Skin);
-    let found: Vec<Option<f64>> = faces.filter_map(|face| distance(scene, face)).collect();
-    (!found.is_empty()).then(|| told(&found))
+    let distances: Vec<Option<f64>> = faces.filter_map(|face| distance(scene, face)).collect();
+    (!distances.is_empty()).then(|| told(&distances))
 }
 
 /// The distances where a skin was found, and how many places have none.

@@ -100,15 +100,15 @@ impl Breast {
     pub fn find(labels: &LabelMap, side: Side, tumour: Option<Point>) -> Result<Self, Error> {
         let why = "there is no chest wall in the labels";
         let front = Front::new(labels).ok_or(Error::NoBreast { side, why })?;
-        let found = Self::in_front(&front, side, tumour);
-        let Some(compared) = Compared::new(&front, side, found.as_ref().ok(), tumour) else {
-            return found;
+        let breast = Self::in_front(&front, side, tumour);
+        let Some(compared) = Compared::new(&front, side, breast.as_ref().ok(), tumour) else {
+            return breast;
         };
         if compared.share() < MISSING_SHARE {
             let Compared { own_mm, other_mm, at } = compared;
             return Err(Error::BreastMissing { side, own_mm, other_mm, at: at.coords.into() });
         }
-        Ok(Self { share_of_other: Some(compared.share()), ..found? })
+        Ok(Self { share_of_other: Some(compared.share()), ..breast? })
     }
 
     /// The mound of one side. A raised arm and the shoulder may make the largest one, which goes on
@@ -119,20 +119,20 @@ impl Breast {
         side: Side,
         tumour: Option<Point>,
     ) -> Result<Self, Error> {
-        let found = Self::mound(front, side, tumour, &|_| true)?;
-        if tumour.is_some() || found.at_ends <= GOES_ON {
-            return Ok(found);
+        let mound = Self::mound(front, side, tumour, &|_| true)?;
+        if tumour.is_some() || mound.at_ends <= GOES_ON {
+            return Ok(mound);
         }
         let grid = front.smooth.grid();
         let (rows, far) = (grid.size()[2], (FARTHEST_MM / grid.spacing()[2]) as usize);
-        let first = grid.voxel_at(&found.centre).is_some_and(|v| 2 * v[2] < rows);
+        let first = grid.voxel_at(&mound.centre).is_some_and(|v| 2 * v[2] < rows);
         let beyond = |n: usize| {
             let row = grid.voxel(n)[2];
             if first { row >= far } else { row + far < rows }
         };
         let other = Self::mound(front, side, None, &beyond);
-        let whole = |other: &Self| other.at_ends < GOES_ON && other.rise_mm >= found.rise_mm;
-        Ok(other.ok().filter(whole).unwrap_or(found))
+        let whole = |other: &Self| other.at_ends < GOES_ON && other.rise_mm >= mound.rise_mm;
+        Ok(other.ok().filter(whole).unwrap_or(mound))
     }
 
     /// The largest mound of one side among the places that `counts` knows, or that next to the

@@ -72,25 +72,25 @@ pub(crate) fn settle(
             pieces.belong[part] == belong && chest[run.start / scan.frame.plane()]
         })
     };
-    let mut found = Contents {
+    let mut contents = Contents {
         lung: amount(&air, true),
         air: amount(&air, false),
         rib: amount(&bone, true),
         bone: amount(&bone, false),
         off: Vec::new(),
     };
-    if found.lung.ml > REFUSES_ML {
-        let Amount { ml: lung_ml, middle, .. } = found.lung;
+    if contents.lung.ml > REFUSES_ML {
+        let Amount { ml: lung_ml, middle, .. } = contents.lung;
         return Err(Error::LungOutsideWall { lung_ml, at: middle.coords.into() });
     }
     for (pieces, rim_mm) in [(&air, THINNEST_MM), (&bone, 0.0)] {
         let runs: Vec<Run> =
             pieces.parts.iter().filter(|(_, part)| pieces.belong[*part]).map(|(r, _)| r).collect();
         let voxels = runs.iter().flat_map(|run| run.voxels());
-        found.off.extend(voxels.map(|n| (outline.ray(n), outline.beyond(n) + rim_mm)));
+        contents.off.extend(voxels.map(|n| (outline.ray(n), outline.beyond(n) + rim_mm)));
         enclose(scan, &runs, rim_mm, labels);
     }
-    Ok(found)
+    Ok(contents)
 }
 
 /// The slices that hold lung and ribs.

@@ -49,12 +49,12 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
         .filter(large)
         .filter_map(|part| around(&ct, frame, body, &runs[part]))
         .collect();
-    let found = under_skin(metal);
-    if found.is_empty() {
+    let device_parts = under_skin(metal);
+    if device_parts.is_empty() {
         return ct;
     }
-    let all: BTreeSet<usize> = found.iter().flatten().copied().collect();
-    body.devices = devices(&ct, frame, &found);
+    let all: BTreeSet<usize> = device_parts.iter().flatten().copied().collect();
+    body.devices = devices(&ct, frame, &device_parts);
     let blurred = blurred(&ct, frame, body, &all);
     filled(ct, body, all.into_iter(), blurred.into_iter())
 }

@@ -116,8 +116,8 @@ impl Chest<'_> {
         }
         let mut volume = 0.0;
         let core_voxels = CORE_ML / self.frame.voxel_cm3();
-        let found = facts.iter().enumerate().filter(|(_, f)| f.is_implant(core_voxels));
-        for (part, facts) in found {
+        let candidates = facts.iter().enumerate().filter(|(_, f)| f.is_implant(core_voxels));
+        for (part, facts) in candidates {
             let grown = self.grow(&parts, part, facts.mean() as f32);
             let ml = grown.len() as f64 * self.frame.voxel_cm3();
             if (MIN_ML..MAX_ML).contains(&ml) {

@@ -116,11 +116,11 @@ impl Orientation {
             let (inside, lung) = (body.flags[n] & flag::BODY != 0, flag::LUNG | flag::BODY);
             Kind::of(ct.data()[n], inside, body.flags[n] & lung == lung)
         };
-        let found = Self::of(frame, kind);
-        if found.ribs < RIBS && found.mass < MASS {
+        let orientation = Self::of(frame, kind);
+        if orientation.ribs < RIBS && orientation.mass < MASS {
             return Err(Error::HeadFeetReversed);
         }
-        Ok(found)
+        Ok(orientation)
     }
 
     /// What the points of a CT say.

@@ -59,11 +59,11 @@ impl PostureSigns {
         taken: Posture,
     ) -> Result<Self, Error> {
         let (table_cm3, denser) = (table(ct, frame, body), denser(ct, frame, body));
-        let found = Self { taken, table_cm3, denser };
-        let Some(side) = Side::of(taken) else { return Ok(found) };
-        match Side::ALL.into_iter().find(|on| *on != side && found.lies_on(*on, side)) {
+        let signs = Self { taken, table_cm3, denser };
+        let Some(side) = Side::of(taken) else { return Ok(signs) };
+        match Side::ALL.into_iter().find(|on| *on != side && signs.lies_on(*on, side)) {
             Some(on) => Err(Error::LiesOtherwise { on: on.name(), taken: side.name() }),
-            None => Ok(found),
+            None => Ok(signs),
         }
     }
 

@@ -136,10 +136,10 @@ impl Segmenter {
         };
         let outline = Outline::new(scan, shell.radius.plus(&wall.height));
         let mut labels = outline.paint();
-        let found = search.found();
-        let other = (!self.tissue.is_of(&found.levels, found.below))
-            .then(|| SliceTissue::new(self.frame.size[2], found.levels, found.below));
-        let of_ct = (&found, other.as_ref().unwrap_or(&self.tissue));
+        let muscle = search.found();
+        let other = (!self.tissue.is_of(&muscle.levels, muscle.below))
+            .then(|| SliceTissue::new(self.frame.size[2], muscle.levels, muscle.below));
+        let of_ct = (&muscle, other.as_ref().unwrap_or(&self.tissue));
         free_border::add_beyond(&outline, of_ct, &shell.radius, &constraints, &mut labels);
         let contents = contents::settle(&outline, &shell.ribless, &mut labels)?;
         let excluded = seeds::stamp(scan, &mut labels, &marks);
@@ -200,9 +200,9 @@ impl Segmenter {
     /// [`supine_volume::label::IMPLANT`] on the CT's grid; `None` when there are none.
     pub fn implants(&self) -> Option<LabelMap> {
         let implant = |f: u8| if f & flag::IMPLANT != 0 { label::IMPLANT } else { label::OUTSIDE };
-        let found = self.body.flags.iter().any(|f| f & flag::IMPLANT != 0);
+        let has_implant = self.body.flags.iter().any(|f| f & flag::IMPLANT != 0);
         let map = || self.ct.with_data(self.body.flags.iter().map(|&f| implant(f)).collect());
-        found.then(map).and_then(Result::ok)
+        has_implant.then(map).and_then(Result::ok)
     }
 
     /// Voxels of the CT.

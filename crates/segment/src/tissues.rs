@@ -118,10 +118,10 @@ pub fn tissues(
 /// The labels with the implants that lie in their soft tissue.
 fn with_implants(labels: &LabelMap, implants: Option<&LabelMap>) -> LabelMap {
     let mut out = labels.clone();
-    let found = implants.into_iter().flat_map(|i| i.data()).zip(out.data_mut());
-    for (&found, label) in found {
-        if found == label::IMPLANT && label::is_soft_tissue(*label) {
-            *label = found;
+    let pairs = implants.into_iter().flat_map(|i| i.data()).zip(out.data_mut());
+    for (&implant, label) in pairs {
+        if implant == label::IMPLANT && label::is_soft_tissue(*label) {
+            *label = implant;
         }
     }
     out

@@ -131,15 +131,15 @@ pub fn tumour_place(
         return Err(TumourPlaceError::NoTissue { mean_hu });
     }
     let beyond = middle(ct, centre).map(|middle| centre.x - middle);
-    let found = beyond
+    let half = beyond
         .filter(|x| x.abs() > SIDE_MM)
         .map(|x| if x > 0.0 { Side::Left } else { Side::Right });
-    match (found, side) {
+    match (half, side) {
         (Some(found), Some(asked)) if found != asked => {
             let away_mm = beyond.unwrap_or_default().abs();
             Err(TumourPlaceError::OtherSide { found, asked, away_mm })
         }
-        _ => Ok(TumourPlace { mean_hu, side: found }),
+        _ => Ok(TumourPlace { mean_hu, side: half }),
     }
 }
 

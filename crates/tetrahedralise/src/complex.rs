@@ -265,12 +265,13 @@ impl Complex {
 
     /// Vertices joined to `v` by a boundary edge, sorted.
     pub(crate) fn boundary_neighbours(&self, v: u32) -> Vec<u32> {
-        let mut found = Vec::new();
+        let mut neighbours = Vec::new();
         for (tet, face) in self.boundary_faces(v) {
             let corners = self.tets[tet as usize];
-            found.extend((0..4).filter(|&c| c != face).map(|c| corners[c]).filter(|&w| w != v));
+            let others = (0..4).filter(|&c| c != face).map(|c| corners[c]);
+            neighbours.extend(others.filter(|&w| w != v));
         }
-        sorted(found)
+        sorted(neighbours)
     }
 
     /// Boundary faces at `v`: tetrahedron, and the corner opposite the face.

@@ -135,8 +135,10 @@ impl Mesher<'_> {
                 break;
             }
             let options = self.options(candidates, off);
-            let found = plans(&options, missing);
-            best = found.into_iter().reduce(|a, b| if quality(&b) > quality(&a) { b } else { a });
+            let alternatives = plans(&options, missing);
+            best = alternatives
+                .into_iter()
+                .reduce(|a, b| if quality(&b) > quality(&a) { b } else { a });
             if best.as_ref().is_some_and(|best| quality(best) >= FAIR) {
                 break;
             }

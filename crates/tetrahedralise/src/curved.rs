@@ -92,8 +92,8 @@ impl Domain {
                 (a + (b - a) * 0.5, (b - a).norm())
             };
             let from = frame.of_patient(&place);
-            let found = self.fields.project(class[n], from, &[0.0; 3]);
-            let offset = found.map(|p| frame.axes * (p - from)).unwrap_or_default();
+            let projected = self.fields.project(class[n], from, &[0.0; 3]);
+            let offset = projected.map(|p| frame.axes * (p - from)).unwrap_or_default();
             if offset.norm() <= FARTHEST * length { offset } else { Vector::zeros() }
         };
         (0..class.len()).into_par_iter().map(offset).collect()

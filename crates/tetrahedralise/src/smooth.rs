@@ -126,14 +126,14 @@ impl Mesher<'_> {
             }
             let unit = direction / steep;
             let mut length = step;
-            let found = (0..HALVINGS).any(|_| {
-                let found = accept(at + unit * length, &mut worst, &mut at);
-                if !found {
+            let improved = (0..HALVINGS).any(|_| {
+                let accepted = accept(at + unit * length, &mut worst, &mut at);
+                if !accepted {
                     length *= 0.4;
                 }
-                found
+                accepted
             });
-            if !found {
+            if !improved {
                 break;
             }
             step = (1.5 * length).min(STEP * size);

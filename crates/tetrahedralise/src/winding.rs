@@ -118,7 +118,7 @@ fn crossings(t: [[f64; 3]; 3], axis: usize, size: [usize; 2]) -> Vec<(usize, Cro
         // A line moved aside meets what ends at it.
         (low.ceil() - 1.0).max(0.0) as usize..(high.floor() + 1.0).clamp(0.0, size as f64) as usize
     };
-    let mut found = Vec::new();
+    let mut crossings = Vec::new();
     for b in span(v, size[1]) {
         for a in span(u, size[0]) {
             let line = Coord { x: a as f64, y: b as f64 };
@@ -135,10 +135,10 @@ fn crossings(t: [[f64; 3]; 3], axis: usize, size: [usize; 2]) -> Vec<(usize, Cro
             );
             // Turned about from the axis its outside lies towards, a triangle leads in.
             let at = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };
-            found.push((a + b * size[0], Crossing { at, turn: -sides[0] }));
+            crossings.push((a + b * size[0], Crossing { at, turn: -sides[0] }));
         }
     }
-    found
+    crossings
 }
 
 /// Side of the edge from a to b on which the line p, moved aside, lies: 1 left, -1 right; 0 only

@@ -190,10 +190,10 @@ fn same_axes(grid: &Grid, other: &Grid) -> Option<[(usize, bool); 3]> {
         Some((b, dots[b] < 0.0))
     };
     let axes = [along(0)?, along(1)?, along(2)?];
-    let mut found = [false; 3];
-    axes.iter().for_each(|&(b, _)| found[b] = true);
+    let mut covered = [false; 3];
+    axes.iter().for_each(|&(b, _)| covered[b] = true);
     let turned = axes.iter().enumerate().any(|(a, &axis)| axis != (a, false));
-    (turned && found == [true; 3]).then_some(axes)
+    (turned && covered == [true; 3]).then_some(axes)
 }
 
 #[cfg(test)]

@@ -46,9 +46,9 @@ pub(crate) fn continued(
     for _ in 0..LAYERS {
         let near = Near { dose: &filled, known: &known, start, size };
         let open = (0..len).into_par_iter().filter(|n| !known[*n]);
-        let found: Vec<(usize, f32)> =
+        let layer: Vec<(usize, f32)> =
             open.filter_map(|n| Some((n, near.going_on(voxel(n))?.min(most)))).collect();
-        for (n, from_tissue) in found {
+        for (n, from_tissue) in layer {
             known[n] = true;
             let given = dose.at(voxel(n));
             let is_like = given * LIKE >= from_tissue && given <= from_tissue * LIKE;

@@ -38,13 +38,13 @@ pub fn keep_dense(
     params: &Params,
 ) -> Result<Vec<DenseThing>, Error> {
     let grid = ct.grid().clone();
-    let found = things(ct, labels);
-    let middles: Vec<Point> = found.iter().map(|voxels| middle(&grid, voxels)).collect();
+    let clusters = things(ct, labels);
+    let middles: Vec<Point> = clusters.iter().map(|voxels| middle(&grid, voxels)).collect();
     let carried = carry_points(deformation, params, &middles)?;
     let mut things = Vec::new();
     let mut moved = Vec::new();
     let near = near(deformation);
-    for ((voxels, centre), carried) in found.iter().zip(middles).zip(carried) {
+    for ((voxels, centre), carried) in clusters.iter().zip(middles).zip(carried) {
         let after = carried;
         let volume_mm3 = voxels.len() as f64 * grid.voxel_volume();
         let outside = voxels.iter().filter(|n| labels.data()[**n] == label::OUTSIDE).count() * 2

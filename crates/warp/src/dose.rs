@@ -81,7 +81,7 @@ const NEXT_TO_NONE: f32 = 0.01;
 fn beyond(dose: &Volume<f32>, origins: &Origins) -> BeyondGrid {
     let grid = dose.grid();
     let least = NEXT_TO_NONE * dose.data().iter().copied().fold(0.0, f32::max);
-    let mut found = BeyondGrid::default();
+    let mut beyond = BeyondGrid::default();
     for voxel in (0..grid.len()).map(|n| grid.voxel(n)) {
         let Origin::Tissue(to) = origins.at(voxel) else { continue };
         let source = there(grid.centre(voxel), to);
@@ -90,13 +90,13 @@ fn beyond(dose: &Volume<f32>, origins: &Origins) -> BeyondGrid {
             continue;
         }
         if outside {
-            found.entered_ml += grid.voxel_volume() / 1000.0;
-            found.edge_gy = found.edge_gy.max(gy.into());
+            beyond.entered_ml += grid.voxel_volume() / 1000.0;
+            beyond.edge_gy = beyond.edge_gy.max(gy.into());
         } else if moves_out(grid, voxel, &source) {
-            found.left_gy = found.left_gy.max(gy.into());
+            beyond.left_gy = beyond.left_gy.max(gy.into());
         }
     }
-    found
+    beyond
 }
 
 /// Whether a voxel lies at the edge of a grid, and its tissue comes from further within by half a

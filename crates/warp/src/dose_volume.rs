@@ -43,9 +43,9 @@ impl DoseVolume {
             let place = grid.centre(grid.voxel(n));
             dose.grid().voxel_at(&place).map(|_| sample_trilinear_at(dose, &place))
         };
-        let found: Vec<Option<f32>> = inside.par_iter().map(at).collect();
-        let beyond = found.iter().filter(|d| d.is_none()).count() as f64 / found.len() as f64;
-        let mut doses_gy: Vec<f32> = found.into_iter().map(|d| d.unwrap_or(0.0)).collect();
+        let samples: Vec<Option<f32>> = inside.par_iter().map(at).collect();
+        let beyond = samples.iter().filter(|d| d.is_none()).count() as f64 / samples.len() as f64;
+        let mut doses_gy: Vec<f32> = samples.into_iter().map(|d| d.unwrap_or(0.0)).collect();
         doses_gy.par_sort_unstable_by(f32::total_cmp);
         Ok(Self { beyond, doses_gy })
     }

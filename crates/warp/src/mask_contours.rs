@@ -55,7 +55,7 @@ fn outlines(mask: &Volume<bool>, k: usize) -> Vec<Vec<Half>> {
             }
         }
     }
-    let mut found = Vec::new();
+    let mut outlines = Vec::new();
     while let Some((&start, _)) = ways.first_key_value() {
         let (mut outline, mut at) = (vec![start], start);
         while let Some(next) = ways.remove(&at) {
@@ -65,9 +65,9 @@ fn outlines(mask: &Volume<bool>, k: usize) -> Vec<Vec<Half>> {
             outline.push(next);
             at = next;
         }
-        found.push(outline);
+        outlines.push(outline);
     }
-    found
+    outlines
 }
 
 /// Twice the area in halves of voxels squared, by half; positive when anticlockwise along i and j.

@@ -177,15 +177,15 @@ impl Pieces {
                 vertex: NONE,
             })
         };
-        let found: Vec<(Halving, &[(u64, u32)])> = edges
+        let halvings: Vec<(Halving, &[(u64, u32)])> = edges
             .par_chunk_by(|x, y| x.0 == y.0)
             .filter_map(|same| Some((halving(same)?, same)))
             .collect();
         let mut ids = vec![NONE; 6 * self.tets.len()];
-        for (n, (_, same)) in found.iter().enumerate() {
+        for (n, (_, same)) in halvings.iter().enumerate() {
             same.iter().for_each(|(_, at)| ids[*at as usize] = n as u32);
         }
-        (ids, found.into_iter().map(|(halving, _)| halving).collect())
+        (ids, halvings.into_iter().map(|(halving, _)| halving).collect())
     }
 
     /// Halves edges and all that hangs on them.
@@ -264,8 +264,8 @@ fn split_tet(
     halvings: &[Halving],
     keep: &mut impl FnMut([u32; 4], [[f32; 4]; 4]),
 ) {
-    let found = halvings.iter().enumerate().find_map(|(n, h)| Some((n, h.place(corners)?)));
-    let Some((n, [a, b])) = found else { return keep(corners, place) };
+    let halving = halvings.iter().enumerate().find_map(|(n, h)| Some((n, h.place(corners)?)));
+    let Some((n, [a, b])) = halving else { return keep(corners, place) };
     let middle = [0, 1, 2, 3].map(|c| 0.5 * (place[a][c] + place[b][c]));
     for end in [b, a] {
         let (mut corners, mut place) = (corners, place);
@@ -277,8 +277,8 @@ fn split_tet(
 
 /// As [`split_tet`], for a face.
 fn split_face(corners: [u32; 3], halvings: &[Halving], keep: &mut Vec<[u32; 3]>) {
-    let found = halvings.iter().enumerate().find_map(|(n, h)| Some((n, h.place(corners)?)));
-    let Some((n, ends)) = found else { return keep.push(corners) };
+    let halving = halvings.iter().enumerate().find_map(|(n, h)| Some((n, h.place(corners)?)));
+    let Some((n, ends)) = halving else { return keep.push(corners) };
     for end in [ends[1], ends[0]] {
         let mut corners = corners;
         corners[end] = halvings[n].vertex;

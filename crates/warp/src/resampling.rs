@@ -103,14 +103,14 @@ fn led_on(origins: &Origins) -> Result<Volume<[f32; 3]>, Error> {
     let mut open: Vec<usize> = (0..part.grid().len()).filter(left).collect();
     loop {
         // All of a round rest on the round before: the order does not matter.
-        let found: Vec<(usize, [f32; 3])> = open
+        let round: Vec<(usize, [f32; 3])> = open
             .par_iter()
             .filter_map(|&n| Some((n, beside(&known, part.grid().voxel(n))?)))
             .collect();
-        if found.is_empty() {
+        if round.is_empty() {
             break;
         }
-        for (n, to) in found {
+        for (n, to) in round {
             known.data_mut()[n] = Some(to);
         }
         open.retain(|&n| known.data()[n].is_none());

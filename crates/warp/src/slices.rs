@@ -30,8 +30,8 @@ pub fn contours(surface: &TriSurface, grid: &Grid) -> Vec<Vec<Point>> {
             }
             let above = k.map(|k| k >= slice as f64);
             let side = |up: bool| {
-                let found = (0..3).find(|&c| above[c] != up && above[(c + 1) % 3] == up);
-                found.map(|c| {
+                let edge = (0..3).find(|&c| above[c] != up && above[(c + 1) % 3] == up);
+                edge.map(|c| {
                     let (p, q) = (triangle[c], triangle[(c + 1) % 3]);
                     [p.min(q), p.max(q)]
                 })
@@ -41,7 +41,7 @@ pub fn contours(surface: &TriSurface, grid: &Grid) -> Vec<Vec<Point>> {
             }
         }
     }
-    let mut found = Vec::new();
+    let mut contours = Vec::new();
     for (slice, mut ways) in ways {
         while let Some(start) = ways.keys().next().copied() {
             let mut contour = Vec::new();
@@ -50,10 +50,10 @@ pub fn contours(surface: &TriSurface, grid: &Grid) -> Vec<Vec<Point>> {
                 contour.push(crossing(&index, side, slice as f64));
                 side = next;
             }
-            found.extend(cleaned(&contour, grid));
+            contours.extend(cleaned(&contour, grid));
         }
     }
-    found
+    contours
 }
 
 /// Takes a way that starts at a side.

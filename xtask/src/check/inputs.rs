@@ -122,8 +122,8 @@ fn files(root: &Path) -> Result<BTreeMap<String, String>> {
 fn stamp<'a>(root: &Path, files: impl Iterator<Item = &'a String>) -> u64 {
     let mut hasher = DefaultHasher::new();
     for file in files {
-        let found = std::fs::metadata(root.join(file)).ok();
-        found.map(|found| (found.len(), found.modified().ok())).hash(&mut hasher);
+        let metadata = std::fs::metadata(root.join(file)).ok();
+        metadata.map(|metadata| (metadata.len(), metadata.modified().ok())).hash(&mut hasher);
     }
     hasher.finish()
 }

@@ -88,16 +88,16 @@ impl Selection {
 
 /// A package and all that uses it, directly or not.
 fn resting_on(first: &str, users: &BTreeMap<String, Vec<String>>) -> BTreeSet<String> {
-    let mut found = BTreeSet::from([first.to_owned()]);
+    let mut dependents = BTreeSet::from([first.to_owned()]);
     let mut open = vec![first.to_owned()];
     while let Some(next) = open.pop() {
         for user in users.get(&next).into_iter().flatten() {
-            if found.insert(user.clone()) {
+            if dependents.insert(user.clone()) {
                 open.push(user.clone());
             }
         }
     }
-    found
+    dependents
 }
 
 #[cfg(test)]

@@ -95,12 +95,12 @@ impl Sources {
             (site.target.to_owned(), "target".to_owned()),
         ];
         let packages = cargo_home()?.join("registry/src");
-        let mut found = Vec::new();
+        let mut registries = Vec::new();
         for entry in std::fs::read_dir(&packages).context("cargo's folder of sources")? {
-            found.push(entry?.path());
+            registries.push(entry?.path());
         }
-        found.sort();
-        folders.extend(found.into_iter().map(|folder| (folder, "crates".to_owned())));
+        registries.sort();
+        folders.extend(registries.into_iter().map(|folder| (folder, "crates".to_owned())));
         // Where the sources of the standard library are installed, rustc names them by their place.
         let rustc = |arguments: &[&str]| said(Command::new("rustc").args(arguments), site.source);
         let version = rustc(&["-vV"])?;

@@ -30,11 +30,11 @@ pub(super) fn write(release: &Release<'_>, file: &Path) -> Result<()> {
     let mut without = Vec::new();
     for package in packages(release)? {
         let name = format!("{} ({})", package.name, package.licence);
-        let found = licences(&package.folder)?;
-        if found.is_empty() {
+        let own_texts = licences(&package.folder)?;
+        if own_texts.is_empty() {
             without.push(name.clone());
         }
-        for text in found {
+        for text in own_texts {
             texts.entry(text).or_default().insert(name.clone());
         }
     }
@@ -74,17 +74,17 @@ fn packages(release: &Release<'_>) -> Result<Vec<Package>> {
     }
     let mut metadata = cargo_metadata::MetadataCommand::new();
     let metadata = metadata.current_dir(root).other_options(["--locked".to_owned()]).exec()?;
-    let mut found = Vec::new();
+    let mut packages = Vec::new();
     for package in &metadata.packages {
         let name = format!("{} {}", package.name, package.version);
         if package.source.is_some() && wanted.contains(&name) {
             let licence = package.license.clone().with_context(|| format!("{name}: no licence"))?;
             let folder = package.manifest_path.parent().context("a manifest lies in a folder")?;
-            found.push(Package { name, licence, folder: folder.into() });
+            packages.push(Package { name, licence, folder: folder.into() });
         }
     }
-    ensure!(found.len() > 100, "{} crates were found only", found.len());
-    Ok(found)
+    ensure!(packages.len() > 100, "{} crates were found only", packages.len());
+    Ok(packages)
 }
 
 /// `name version` of a line of cargo tree: `name vVERSION (more)`.

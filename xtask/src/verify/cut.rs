@@ -46,9 +46,9 @@ pub(super) fn table(bench: &Bench<'_>) -> Result<String> {
 /// The errors of one patient: what `bench-cut` says.
 fn measured(bench: &Bench<'_>, folder: &Path, beyond: &str, cuts: &str) -> Result<Vec<Value>> {
     let mut command = Command::new(bench.house.target.join("release/bench-cut"));
-    let mut found: Value =
+    let mut report: Value =
         serde_json::from_str(&output(command.arg(folder).arg(beyond).arg(cuts))?)?;
-    serde_json::from_value(found["rows"].take()).context("no rows")
+    serde_json::from_value(report["rows"].take()).context("no rows")
 }
 
 /// How the errors depend on the stiffness of the springs.

@@ -23,8 +23,8 @@ pub(crate) fn section(bench: &Bench<'_>) -> Result<String> {
     let mut script = Command::new(house.target.join("readers/bin/python"));
     script.arg(house.root.join("xtask/study/dicom.py")).arg(&bench.supine).arg(&series);
     script.arg(&fixture).arg(bench.shared.join("reference/dicom"));
-    let found = output(script.arg(chest).arg(&work))?;
-    Ok(String::from(TEXT) + &found + &network(bench, &series, &fixture, &work)?)
+    let report = output(script.arg(chest).arg(&work))?;
+    Ok(String::from(TEXT) + &report + &network(bench, &series, &fixture, &work)?)
 }
 
 /// Times of an archive, in a network name space: Orthanc listens on every address.

@@ -82,12 +82,12 @@ fn mark(log: f64, towards: fn(f64) -> f64) -> f64 {
     let (decade, part) = (log.floor(), log - log.floor());
     let marks = [0.0, 2f64.log10(), 5f64.log10(), 1.0];
     let up = towards(0.5) > 0.5;
-    let found = if up {
+    let nearest = if up {
         marks.into_iter().find(|m| *m >= part)
     } else {
         marks.into_iter().rev().find(|m| *m <= part)
     };
-    decade + found.unwrap_or(0.0)
+    decade + nearest.unwrap_or(0.0)
 }
 
 impl Panel {

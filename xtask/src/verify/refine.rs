@@ -17,8 +17,8 @@ pub(crate) fn table(bench: &Bench<'_>) -> Result<String> {
     for (name, _) in patients::folders(bench) {
         let mut command = Command::new(bench.house.target.join("release/bench-refine"));
         command.arg(bench.work.join(name).join("out")).args(COUNTS);
-        let found: Value = serde_json::from_str(&output(&mut command)?)?;
-        let rows = found["rows"].as_array().context("no rows")?;
+        let report: Value = serde_json::from_str(&output(&mut command)?)?;
+        let rows = report["rows"].as_array().context("no rows")?;
         for same in rows.chunk_by(|a, b| ["tetrahedra", "order"].iter().all(|k| a[k] == b[k])) {
             let errors: Result<Vec<f64>> = same.iter().map(|r| number(r, "/error_mm")).collect();
             let errors = errors?;
@@ -28,7 +28,7 @@ pub(crate) fn table(bench: &Bench<'_>) -> Result<String> {
             writeln!(
                 page,
                 "| {name} | {:.1} | {} | {} | {:.3} | {:.3} | {:.2} | {} | {} |",
-                number(&found, "/moved_mm")?,
+                number(&report, "/moved_mm")?,
                 same[0]["tetrahedra"],
                 if linear { "linear" } else { "quadratic" },
                 errors[0],

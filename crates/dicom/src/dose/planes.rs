@@ -133,7 +133,7 @@ pub(super) fn numbers<const N: usize>(
     if texts.is_empty() {
         return object.fail(name, "is missing");
     }
-    let found = texts.join("\\");
+    let text = texts.join("\\");
     parse_ds_list(&texts)
-        .map_or_else(|| object.fail(name, format!("is {found:?}, not {N} decimal number(s)")), Ok)
+        .map_or_else(|| object.fail(name, format!("is {text:?}, not {N} decimal number(s)")), Ok)
 }

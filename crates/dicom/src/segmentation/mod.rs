@@ -142,8 +142,8 @@ pub fn read_segmentation(
             object.syntax.name()
         ));
     }
-    let found = object.set.text(tags::FRAME_OF_REFERENCE_UID);
-    same_frame_of_reference(&object.file, &found, frame_of_reference)?;
+    let frame = object.set.text(tags::FRAME_OF_REFERENCE_UID);
+    same_frame_of_reference(&object.file, &frame, frame_of_reference)?;
     let mut warnings = Vec::from_iter(object.told_behind());
     if frame_of_reference.is_none() {
         warnings.push(not_compared());

@@ -16,9 +16,9 @@ pub(super) fn check(
 ) -> Result<(), String> {
     let object = open_file(path).map_err(|e| e.to_string())?;
     for tag in [tags::SOP_INSTANCE_UID, tags::SERIES_INSTANCE_UID, tags::FRAME_OF_REFERENCE_UID] {
-        let found = object.element(tag).map_err(|e| e.to_string())?;
-        let found = found.to_str().map_err(|e| e.to_string())?;
-        if found.trim_matches([' ', '\0']) != meant.text(tag) {
+        let element = object.element(tag).map_err(|e| e.to_string())?;
+        let text = element.to_str().map_err(|e| e.to_string())?;
+        if text.trim_matches([' ', '\0']) != meant.text(tag) {
             return Err(format!("{tag} differs"));
         }
     }

@@ -9,13 +9,13 @@ use dicom_dictionary_std::{tags, uids};
 use std::collections::BTreeSet;
 
 pub(super) fn check(checks: &mut Checks, images: &[Image], unreadable: &[String]) {
-    let mut found = unreadable.to_vec();
+    let mut faults = unreadable.to_vec();
     let bare = images.iter().filter(|i| !i.preamble);
-    found.extend(bare.map(|i| format!("{}: no preamble (PS3.10 7.1)", i.file)));
+    faults.extend(bare.map(|i| format!("{}: no preamble (PS3.10 7.1)", i.file)));
     if images.is_empty() {
-        found.push("no CT image".into());
+        faults.push("no CT image".into());
     }
-    checks.none_of("A1 every file is a DICOM file (PS3.10) with a CT image", &found);
+    checks.none_of("A1 every file is a DICOM file (PS3.10) with a CT image", &faults);
     if images.is_empty() {
         return;
     }
@@ -30,12 +30,12 @@ pub(super) fn check(checks: &mut Checks, images: &[Image], unreadable: &[String]
         .map(|i| format!("{} repeats one", i.file))
         .collect();
     checks.none_of("A3 SOP Instance UIDs are unique", &repeated);
-    let mut found = Vec::new();
+    let mut faults = Vec::new();
     for image in images {
         let utf8 = image.text(tags::SPECIFIC_CHARACTER_SET) == "ISO_IR 192";
-        form_faults(&image.set, utf8, &image.file, &mut found);
+        form_faults(&image.set, utf8, &image.file, &mut faults);
     }
-    checks.none_of("A4 values have the length and form of their VR (PS3.5 6.2)", &found);
+    checks.none_of("A4 values have the length and form of their VR (PS3.5 6.2)", &faults);
     check_text(checks, images);
 }
 
@@ -101,15 +101,15 @@ fn value_fault(element: &Element, bytes: &[u8], utf8: bool) -> Option<String> {
 
 fn check_text(checks: &mut Checks, images: &[Image]) {
     let rule = "A5 texts fit the Specific Character Set";
-    let mut found = Vec::new();
+    let mut faults = Vec::new();
     for image in images {
         let sets = image.text(tags::SPECIFIC_CHARACTER_SET);
         if !character_set::is_known(&sets) {
             return checks.skip(rule, &format!("{sets} is not known here"));
         }
-        text_faults(&image.set, &sets, &image.file, &mut found);
+        text_faults(&image.set, &sets, &image.file, &mut faults);
     }
-    checks.none_of(rule, &found);
+    checks.none_of(rule, &faults);
 }
 
 fn text_faults(set: &DataSet, sets: &str, file: &str, found: &mut Vec<String>) {

@@ -106,7 +106,7 @@ fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<
     let reference = reference.filter(|r| !deidentified(images, r));
     let known: BTreeSet<String> =
         reference.map(|r| values(r.headers(), tags::SOP_INSTANCE_UID)).unwrap_or_default();
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     for image in images {
         let items = image.set.items(tags::SOURCE_IMAGE_SEQUENCE);
         let mut faults = BTreeSet::new();
@@ -126,10 +126,10 @@ fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<
                 faults.insert("the purpose is not 121322");
             }
         }
-        found.extend(faults.into_iter().map(|fault| format!("{}: {fault}", image.file)));
+        findings.extend(faults.into_iter().map(|fault| format!("{}: {fault}", image.file)));
     }
     let rule = "E4 source images are named, purpose 121322, locations not preserved";
-    checks.none_of(rule, &found);
+    checks.none_of(rule, &findings);
     if reference.is_none() {
         checks.skip("E4b source images are those of the source", why);
     }

@@ -162,38 +162,38 @@ fn against_source(
         return;
     };
     let source = &reference.source.slices;
-    let mut found = Vec::new();
+    let mut differences = Vec::new();
     if source.len() != images.len() {
-        found.push(format!("{} slices, the source has {}", images.len(), source.len()));
+        differences.push(format!("{} slices, the source has {}", images.len(), source.len()));
     } else {
         let off =
             order.iter().zip(source).map(|(&n, s)| (planes[n].position - s.slice.position).norm());
         let off = off.fold(0.0, f64::max);
         if off > 1e-3 {
-            found.push(format!("positions differ by {off:.4} mm"));
+            differences.push(format!("positions differ by {off:.4} mm"));
         }
     }
     let first = &source[0].slice;
     for (image, plane) in images.iter().zip(planes) {
         let turned = (plane.row - first.row_direction).abs().max();
         if turned.max((plane.column - first.column_direction).abs().max()) > COPIED {
-            found.push(format!("{}: orientation", image.file));
+            differences.push(format!("{}: orientation", image.file));
         }
         let [row, column] = plane.spacing;
         if (row - first.row_spacing).abs().max((column - first.column_spacing).abs()) > COPIED {
-            found.push(format!("{}: spacing {row} x {column} mm", image.file));
+            differences.push(format!("{}: spacing {row} x {column} mm", image.file));
         }
         let matrix = (image.set.u16(tags::ROWS), image.set.u16(tags::COLUMNS));
         if matrix != (Some(first.pixels.rows), Some(first.pixels.columns)) {
-            found.push(format!("{}: matrix", image.file));
+            differences.push(format!("{}: matrix", image.file));
         }
         let thickness = |text: String| parse_ds(&text);
         let theirs = thickness(reference.header(0).text(tags::SLICE_THICKNESS));
         if thickness(image.text(tags::SLICE_THICKNESS)) != theirs {
-            found.push(format!("{}: thickness", image.file));
+            differences.push(format!("{}: thickness", image.file));
         }
     }
-    checks.none_of(grid, &found);
+    checks.none_of(grid, &differences);
 
     let number = |k: usize| source[k].slice.instance_number;
     let ours = |k: usize| parse_is(&images[order[k]].text(tags::INSTANCE_NUMBER));

@@ -71,30 +71,30 @@ pub(super) fn check(
             .map(|(tag, name)| format!("{name}: {} values", values(sets(), *tag).len()))
             .collect()
     };
-    let mut found = varying(PATIENT_AND_STUDY);
-    found.extend(varying(SERIES));
+    let mut faults = varying(PATIENT_AND_STUDY);
+    faults.extend(varying(SERIES));
     for (tag, name) in [
         (tags::FRAME_OF_REFERENCE_UID, "Frame of Reference UID"),
         (tags::SERIES_INSTANCE_UID, "Series Instance UID"),
         (tags::STUDY_INSTANCE_UID, "Study Instance UID"),
     ] {
         if values(sets(), tag).contains("") {
-            found.push(format!("{name} is missing"));
+            faults.push(format!("{name} is missing"));
         }
     }
     checks.none_of(
         "B1 patient, study, series, frame and equipment are the same in all images",
-        &found,
+        &faults,
     );
     against_source(checks, images, reference, policy);
-    let mut found = varying(IMAGE_TEXTS);
+    let mut faults = varying(IMAGE_TEXTS);
     for (tag, name) in IMAGE_NUMBERS {
         let count = numbers(sets(), *tag).len();
         if count > 1 {
-            found.push(format!("{name}: {count} values"));
+            faults.push(format!("{name}: {count} values"));
         }
     }
-    checks.none_of("B5 the image description is the same in all images", &found);
+    checks.none_of("B5 the image description is the same in all images", &faults);
 }
 
 fn against_source(
@@ -129,11 +129,12 @@ fn against_source(
         let own = |tag: Tag| tag == tags::STUDY_INSTANCE_UID || tag == tags::STUDY_ID;
         let compared = PATIENT_AND_STUDY.iter().filter(|(tag, _)| !policy.new_study || !own(*tag));
         let differing = compared.filter(|(tag, _)| !same(*tag));
-        let mut found: Vec<String> = differing.map(|(_, name)| format!("{name} differs")).collect();
+        let mut faults: Vec<String> =
+            differing.map(|(_, name)| format!("{name} differs")).collect();
         if policy.new_study && same(tags::STUDY_INSTANCE_UID) {
-            found.push("Study Instance UID is reused".into());
+            faults.push("Study Instance UID is reused".into());
         }
-        checks.none_of(equal, &found);
+        checks.none_of(equal, &faults);
     }
 
     let shared = |tag: Tag| {
@@ -146,8 +147,8 @@ fn against_source(
         (tags::SERIES_NUMBER, "Series Number"),
     ];
     let reused = reused.iter().filter(|(tag, _)| shared(*tag));
-    let found: Vec<String> = reused.map(|(_, name)| format!("{name} is reused")).collect();
-    checks.none_of(new, &found);
+    let faults: Vec<String> = reused.map(|(_, name)| format!("{name} is reused")).collect();
+    checks.none_of(new, &faults);
     let reused = shared(tags::FRAME_OF_REFERENCE_UID);
     if policy.same_frame {
         let said = |i: &Image| i.text(tags::SERIES_DESCRIPTION).contains(SAME_FRAME);

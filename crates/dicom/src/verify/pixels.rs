@@ -80,9 +80,9 @@ fn pixel_fault(image: &Image) -> Option<String> {
     {
         return fault("not one sample of MONOCHROME2".into());
     }
-    let found = image.set.bytes(tags::PIXEL_DATA).map_or(0, <[u8]>::len);
-    if found != format.bytes() {
-        return fault(format!("{found} bytes of pixels, {} are needed", format.bytes()));
+    let length = image.set.bytes(tags::PIXEL_DATA).map_or(0, <[u8]>::len);
+    if length != format.bytes() {
+        return fault(format!("{length} bytes of pixels, {} are needed", format.bytes()));
     }
     let slope = parse_ds(&image.text(tags::RESCALE_SLOPE));
     if slope.is_none_or(|s| s <= 0.0) || parse_ds(&image.text(tags::RESCALE_INTERCEPT)).is_none() {
@@ -150,8 +150,8 @@ fn check_high_bits(checks: &mut Checks, images: &[Image]) {
         format.bits_stored < 16 && !samples(image).all(clean)
     };
     let name = |image: &Image| dirty(image).then(|| image.file.clone());
-    let found: Vec<String> = images.par_iter().filter_map(name).collect();
-    checks.none_of(HIGH_BITS, &found);
+    let files: Vec<String> = images.par_iter().filter_map(name).collect();
+    checks.none_of(HIGH_BITS, &files);
 }
 
 fn against_source(
@@ -229,10 +229,10 @@ fn check_slices(checks: &mut Checks, rule: &str, pixels: &Pixels, source: &[i16]
         let own = common(k, k);
         (k > 0 && common(k, k - 1) > own) || (k + 1 < nk && common(k, k + 1) > own)
     };
-    let found: Vec<usize> = (0..nk).into_par_iter().filter(strange).collect();
-    let found: Vec<String> =
-        found.iter().map(|k| format!("slice {} along the normal", k + 1)).collect();
-    checks.none_of(rule, &found);
+    let slices: Vec<usize> = (0..nk).into_par_iter().filter(strange).collect();
+    let names: Vec<String> =
+        slices.iter().map(|k| format!("slice {} along the normal", k + 1)).collect();
+    checks.none_of(rule, &names);
 }
 
 /// Correlation with the source against that with its seven mirror images. `moments` are the mean

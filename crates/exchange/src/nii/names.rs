@@ -12,30 +12,30 @@ const START: usize = 352;
 
 /// The segments that the bytes ahead of the samples name.
 pub(super) fn segments(ahead: &[u8], big_endian: bool) -> Result<Vec<Segment>, Problem> {
-    let mut found = Vec::new();
+    let mut segments = Vec::new();
     for text in extensions(ahead, big_endian) {
         if text.windows(11).any(|w| w == b"<LabelTable") {
-            found.extend(table(text)?);
+            segments.extend(table(text)?);
         }
     }
-    Ok(found)
+    Ok(segments)
 }
 
 /// The contents of the extensions, as far as their sizes make sense.
 pub(super) fn extensions(ahead: &[u8], big_endian: bool) -> Vec<&[u8]> {
-    let mut found = Vec::new();
+    let mut extensions = Vec::new();
     if ahead.get(START - 4).is_none_or(|&flag| flag == 0) {
-        return found;
+        return extensions;
     }
     let mut rest = &ahead[START.min(ahead.len())..];
     while let Some((size, _)) = rest.split_first_chunk() {
         let size = if big_endian { i32::from_be_bytes(*size) } else { i32::from_le_bytes(*size) };
         let size = usize::try_from(size).unwrap_or(0);
         let Some(content) = rest.get(8..size) else { break };
-        found.push(content);
+        extensions.push(content);
         rest = &rest[size..];
     }
-    found
+    extensions
 }
 
 /// The labels of a table in XML; what follows its end is padding.

@@ -77,8 +77,8 @@ fn note(ahead: &[u8], big_endian: bool) -> String {
 
 fn header(start: &[u8]) -> Result<NiftiHeader, Problem> {
     if start.len() < HEADER {
-        let found = start.len() as u128;
-        return Err(Problem::Truncated { wanted: HEADER as u128, found });
+        let length = start.len() as u128;
+        return Err(Problem::Truncated { wanted: HEADER as u128, found: length });
     }
     let size = start.first_chunk().copied().unwrap_or_default();
     if [i32::from_le_bytes(size), i32::from_be_bytes(size)].contains(&540) {

@@ -70,8 +70,8 @@ fn text(bytes: &[u8]) -> Result<Vec<Point>, Problem> {
         }
     }
     if soup.len() % 3 != 0 {
-        let found = soup.len() as u128;
-        return Err(Problem::Truncated { wanted: found.next_multiple_of(3), found });
+        let count = soup.len() as u128;
+        return Err(Problem::Truncated { wanted: count.next_multiple_of(3), found: count });
     }
     Ok(soup)
 }

@@ -191,8 +191,8 @@ impl<'a> Source<'a> {
                     .decode_vec(coded, &mut bytes)
                     .map_err(|e| Problem::field("base64", e.to_string()))?;
                 if bytes.len() < n {
-                    let found = bytes.len() as u128;
-                    return Err(Problem::Truncated { wanted: n as u128, found });
+                    let length = bytes.len() as u128;
+                    return Err(Problem::Truncated { wanted: n as u128, found: length });
                 }
                 self.spare = bytes.split_off(n);
                 Ok(bytes)

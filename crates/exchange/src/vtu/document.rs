@@ -70,11 +70,11 @@ impl<'a> Document<'a> {
                 .filter(|(s, _)| *s == section)
                 .map(|(_, a)| a.name.as_str())
                 .collect();
-            let found = match present.as_slice() {
+            let contents = match present.as_slice() {
                 [] => "no arrays".into(),
                 names => format!("only `{}`", names.join("`, `")),
             };
-            Problem::field(name, format!("is missing: {section:?} holds {found}"))
+            Problem::field(name, format!("is missing: {section:?} holds {contents}"))
         })
     }
 

@@ -65,9 +65,9 @@ fn voxels(path: &Path, series: Option<&str>, accept: Accept) -> Option<usize> {
         let bytes: u64 = files.iter().filter_map(|f| Some(std::fs::metadata(f).ok()?.len())).sum();
         return Some((bytes as f64 * PER_BYTE) as usize);
     }
-    let found = supine_dicom::inspect(path, Depth::Headers, accept, Progress::none()).ok()?;
+    let inspection = supine_dicom::inspect(path, Depth::Headers, accept, Progress::none()).ok()?;
     let asked = |uid: &str| series.is_none_or(|asked| asked == uid);
-    let all = found.series.iter().filter(|s| asked(&s.uid));
+    let all = inspection.series.iter().filter(|s| asked(&s.uid));
     all.filter_map(|s| Some(s.grid.as_ref()?.size.iter().product())).max()
 }
 

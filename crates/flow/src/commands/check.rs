@@ -201,11 +201,11 @@ fn check_scans(session: &Session, gather: &Gather<'_>) -> Result<Vec<CheckedScan
     ];
     let of = |path| case_state.file("scans.landmarks", path);
     let landmarks = landmarks(scans.landmarks.as_deref().map(of).transpose()?.as_ref())?;
-    let mut found = Vec::new();
+    let mut checked = Vec::new();
     for (node, key, name, path) in named {
         let Some(path) = path else { continue };
         let seen = SeenScan::read(&case_state.file(key, path)?, (name, scans.unit), &landmarks)?;
-        found.push(CheckedScan {
+        checked.push(CheckedScan {
             name,
             points: seen.posed.scan.points().len(),
             unit: seen.file.unit.name(),
@@ -214,5 +214,5 @@ fn check_scans(session: &Session, gather: &Gather<'_>) -> Result<Vec<CheckedScan
         });
         gather.warn_all(node, seen.file.info.warnings);
     }
-    Ok(found)
+    Ok(checked)
 }

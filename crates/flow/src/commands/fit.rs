@@ -53,7 +53,7 @@ pub fn fit(given: &Fit, observer: &dyn Observer) -> Result<FitDone, Error> {
     let folder = RunFolder::open(&given.out)?.overwriting(given.overwrite);
     let session = session.with_folder(folder)?.with_start(given.start.clone());
     let gather = Gather::new(observer, &[]);
-    let found = session.get::<Node>(&Request { observer: &gather, ..Request::default() })?;
-    let fit = found.tissue().cloned().ok_or_else(|| usage("no scan was fitted"))?;
+    let fitted = session.get::<Node>(&Request { observer: &gather, ..Request::default() })?;
+    let fit = fitted.tissue().cloned().ok_or_else(|| usage("no scan was fitted"))?;
     Ok(FitDone { fit, warnings: gather.warnings() })
 }

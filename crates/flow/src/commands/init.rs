@@ -112,14 +112,14 @@ fn usable(given: &Init, observer: &dyn Observer) -> Result<Usable, Error> {
         return Ok(Usable::default());
     }
     let looked = dicom::Inspect { spec: Spec::new(""), path: given.ct.clone(), pixels: false };
-    let found = dicom::inspect(&looked, observer)?;
-    let usable: Vec<&SeriesReport> = found.usable().collect();
+    let inspection = dicom::inspect(&looked, observer)?;
+    let usable: Vec<&SeriesReport> = inspection.usable().collect();
     if usable.is_empty() {
         let reason = |s: &SeriesReport| {
             format!("\n  {} ({} slices): {}", s.uid, s.slices, s.reason.as_deref().unwrap_or(""))
         };
-        let reasons: String = found.series.iter().map(reason).collect();
-        let files = found.files;
+        let reasons: String = inspection.series.iter().map(reason).collect();
+        let files = inspection.files;
         return Err(input(format!(
             "{} holds no usable CT series ({files} files); `supine inspect` says more{reasons}",
             given.ct.display()
@@ -131,7 +131,7 @@ fn usable(given: &Init, observer: &dyn Observer) -> Result<Usable, Error> {
         slices: s.slices,
     };
     let posture = Posture::of_patient_position(&usable[0].patient_position).unwrap_or_default();
-    let several = found.series.len() > 1;
+    let several = inspection.series.len() > 1;
     Ok(Usable { series: usable.iter().map(line).collect(), several, posture })
 }
 

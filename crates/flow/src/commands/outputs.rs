@@ -116,8 +116,8 @@ fn same(one: &Path, other: &Path) -> bool {
 /// That a file has a folder.
 fn check_folder_of(file: &Path) -> Result<(), Error> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let found = folder.map_or(Ok(()), |folder| std::fs::read_dir(folder).map(drop));
-    found.map_err(|source| Error::Output { path: file.into(), source })
+    let readable = folder.map_or(Ok(()), |folder| std::fs::read_dir(folder).map(drop));
+    readable.map_err(|source| Error::Output { path: file.into(), source })
 }
 
 /// Refuses to write where a run has left a result.

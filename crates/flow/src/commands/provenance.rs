@@ -11,10 +11,10 @@ use supine_report::Summary;
 /// When the folder holds no summary, or one of another version.
 pub fn provenance(run: &Path) -> Result<serde_json::Value, Error> {
     let folder = run.display();
-    let found = crate::folder::summary_of(run).ok_or_else(|| {
+    let json = crate::folder::summary_of(run).ok_or_else(|| {
         input(format!("{folder} holds no summary.json; name the folder of a finished run"))
     })?;
-    let summary: Summary = serde_json::from_value(found).map_err(|_| {
+    let summary: Summary = serde_json::from_value(json).map_err(|_| {
         input(format!("{folder} was left by another version of this program; run its case again"))
     })?;
     Ok(supine_report::provenance(&summary))

@@ -139,20 +139,20 @@ pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error>
     let body = law.body(&meshed, None, None);
     problem(given, &law, &body)?;
     let gather = Gather::new(observer, &[]);
-    let found = find(given, &law, &body, case.young_interval_kpa, &gather)?;
-    gather.warn_all(NodeId::Solve, found.info.warnings.clone());
-    let interval = found.between.as_ref().zip(case.young_interval_kpa);
+    let solution = find(given, &law, &body, case.young_interval_kpa, &gather)?;
+    gather.warn_all(NodeId::Solve, solution.info.warnings.clone());
+    let interval = solution.between.as_ref().zip(case.young_interval_kpa);
     let young_interval = interval.map(|(between, young_kpa)| {
         let max_displacement_mm =
             [&between.low, &between.high].map(|end| end.displacement().max_norm());
         let overshoot_mm = between.overshoot_mm;
         IntervalFacts { young_kpa, max_displacement_mm, overshoot_mm }
     });
-    if let Some(between) = &found.between {
+    if let Some(between) = &solution.between {
         gather.warn_all(NodeId::Interval, between.warnings.clone());
     }
-    write_mesh_fields(&body.mesh, &found.fields(), &given.out).map_err(Error::product)?;
-    let info = &found.info;
+    write_mesh_fields(&body.mesh, &solution.fields(), &given.out).map_err(Error::product)?;
+    let info = &solution.info;
     Ok(SolveDone {
         deformed: given.out.clone(),
         gravity: target.into(),
@@ -166,7 +166,7 @@ pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error>
         max_det_f: info.solve.max_det_f,
         spring_kpa_mm: info.solve.spring_kpa_mm,
         max_displacement_mm: info.solve.max_displacement_mm,
-        max_displacement_mm_per_kpa: found.slope.as_ref().map(Displacement::max_norm),
+        max_displacement_mm_per_kpa: solution.slope.as_ref().map(Displacement::max_norm),
         young_interval,
         warnings: gather.warnings(),
     })

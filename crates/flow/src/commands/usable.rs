@@ -67,8 +67,8 @@ pub fn look(paths: &[PathBuf]) -> Result<Looked, Error> {
             Some(run) => runs.push(run),
             None => {
                 runs.extend(runs_within(path)?);
-                let found = object_files(path, Progress::none()).map_err(Error::Dicom)?;
-                beside.extend(found.objects.into_iter().filter(|object| object.own));
+                let files = object_files(path, Progress::none()).map_err(Error::Dicom)?;
+                beside.extend(files.objects.into_iter().filter(|object| object.own));
             }
         }
     }
@@ -98,15 +98,15 @@ fn not_whole(beside: &[ObjectFile]) -> Vec<Unusable> {
         let of = series.entry(&object.owner.series).or_insert((&object.path, BTreeSet::new()));
         of.1.extend(object.number);
     }
-    let mut found = Vec::new();
+    let mut unusable = Vec::new();
     for (first, numbers) in series.into_values().filter(|(_, numbers)| numbers.len() > 1) {
         if let Some(missing) = (1..).zip(&numbers).find_map(|(n, at)| (n != *at).then_some(n)) {
             let why =
                 format!("it is of a series that is not whole here: its image {missing} is missing");
-            found.push(Unusable { path: first.to_path_buf(), why, changed: false });
+            unusable.push(Unusable { path: first.to_path_buf(), why, changed: false });
         }
     }
-    found
+    unusable
 }
 
 /// That nothing here tells of the run that left these objects. Those that `supine carry` makes as

@@ -128,8 +128,8 @@ fn holds(ct: &Path, uid: &str) -> bool {
 /// The Patient ID of the series in a folder, if they name but one patient.
 fn patient_in(folder: &Path) -> Option<String> {
     let (depth, accept) = (supine_dicom::Depth::Headers, supine_dicom::Accept::default());
-    let found = supine_dicom::inspect(folder, depth, accept, Progress::none()).ok()?;
-    let mut all: Vec<String> = found.series.into_iter().map(|one| one.whose.id).collect();
+    let inspection = supine_dicom::inspect(folder, depth, accept, Progress::none()).ok()?;
+    let mut all: Vec<String> = inspection.series.into_iter().map(|one| one.whose.id).collect();
     all.dedup();
     all.pop().filter(|id| all.is_empty() && !id.is_empty())
 }
@@ -142,6 +142,9 @@ pub(crate) fn only_series(ct: &Path) -> Option<String> {
 
 fn series_in(ct: &Path) -> Vec<String> {
     let (depth, accept) = (supine_dicom::Depth::Headers, supine_dicom::Accept::default());
-    let found = supine_dicom::inspect(ct, depth, accept, Progress::none());
-    found.map_or_else(|_| Vec::new(), |found| found.series.into_iter().map(|s| s.uid).collect())
+    let inspection = supine_dicom::inspect(ct, depth, accept, Progress::none());
+    inspection.map_or_else(
+        |_| Vec::new(),
+        |inspection| inspection.series.into_iter().map(|s| s.uid).collect(),
+    )
 }

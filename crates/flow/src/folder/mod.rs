@@ -239,8 +239,8 @@ impl RunFolder {
 pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     let whole = fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok()?;
     // OUT, OUT/ct, OUT/ct/1.dcm.
-    let found = whole.ancestors().take(3).find(|folder| is_run(folder))?;
-    Some(found.to_path_buf())
+    let run = whole.ancestors().take(3).find(|folder| is_run(folder))?;
+    Some(run.to_path_buf())
 }
 
 /// Refuses a folder among what another run has made: two patients would share a series.
@@ -266,9 +266,9 @@ pub(crate) fn is_result(file: &Path) -> bool {
 
 /// The runs whose folders lie in a folder, however deep.
 pub(crate) fn runs_within(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let mut found = Vec::new();
-    search(folder, DEEPEST, &mut found)?;
-    Ok(found)
+    let mut runs = Vec::new();
+    search(folder, DEEPEST, &mut runs)?;
+    Ok(runs)
 }
 
 /// Folders deeper than this are not looked into: links may lead in a circle.

@@ -91,8 +91,8 @@ pub(super) const FORMER: &[&str] = &[
 
 /// The path of what a node leaves, relative to the folder.
 pub(super) fn path_of(node: NodeId, artifact: &str) -> &'static str {
-    let found = ARTIFACTS.iter().find(|(n, name, _)| (*n, *name) == (node, artifact));
-    found.map_or_else(
+    let row = ARTIFACTS.iter().find(|(n, name, _)| (*n, *name) == (node, artifact));
+    row.map_or_else(
         || unreachable!("{node} leaves no {artifact}: name it in the table of artifacts"),
         |(_, _, path)| path,
     )

@@ -120,12 +120,13 @@ impl Node for Evaluation {
             centre: sphere.centre(),
             tumour: Point::from(points.tumour.after_mm),
         };
-        let found = evaluate(&question, progress.part(0.5, 1.0)).map_err(Error::Evaluation)?;
+        let evaluation = evaluate(&question, progress.part(0.5, 1.0)).map_err(Error::Evaluation)?;
         let files = [Some(&scans.intraop), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
-        let facts = told(&found);
+        let facts = told(&evaluation);
         warn(&facts, work);
-        Ok(Evaluated { facts: Some(facts), inputs, distances: Some(Arc::new(found.distances)) })
+        let distances = Some(Arc::new(evaluation.distances));
+        Ok(Evaluated { facts: Some(facts), inputs, distances })
     }
 
     fn save(out: &Evaluated, work: &Work<'_>) -> Result<(), Error> {

@@ -194,23 +194,23 @@ impl Node for Fit {
                 likely,
             }),
         };
-        let (found, laws) = match scans.laws {
+        let (best_fit, laws) = match scans.laws {
             true => {
                 let tried = laws(&question, work.progress.part(0.4, 0.57)).map_err(Error::Fit)?;
                 fitted(&question, on_table(scans, &question, tried, work)?.tried, work)?
             }
             false => {
-                let found = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
-                (found, vec![])
+                let best_fit = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
+                (best_fit, vec![])
             }
         };
-        let mut tissue = TissueFit { laws, ..told(&found, read.supine) };
-        tissue.one_modulus = one_modulus(&question, &found, work.progress.part(0.8, 1.0))?;
+        let mut tissue = TissueFit { laws, ..told(&best_fit, read.supine) };
+        tissue.one_modulus = one_modulus(&question, &best_fit, work.progress.part(0.8, 1.0))?;
         warn(&tissue, moduli.is_some(), work);
         let moduli = moduli.map(|by| by.fitted(&meshed.mesh, tissue.best()).1);
         let files = [Some(&scans.sitting), scans.supine.as_ref(), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
-        let distances = Some(Arc::new(found.distances));
+        let distances = Some(Arc::new(best_fit.distances));
         Ok(Fitted { tissue: Some(tissue), moduli, inputs, distances })
     }
 
@@ -260,9 +260,9 @@ fn on_table(
         centre: question.centre,
         tumour: question.centre,
     };
-    let found = evaluate(&asked, work.progress.part(0.58, 0.6)).map_err(Error::Evaluation)?;
+    let evaluation = evaluate(&asked, work.progress.part(0.58, 0.6)).map_err(Error::Evaluation)?;
     // The first is the CT's own skin.
-    let mut off_mm = found.spreads().skip(1).map(|(_, [_, breast])| breast.rms_mm);
+    let mut off_mm = evaluation.spreads().skip(1).map(|(_, [_, breast])| breast.rms_mm);
     let of_laws: Vec<_> =
         solved.iter().map(|one| one.as_ref().and_then(|_| off_mm.next())).collect();
     Ok(laws.with_table(&of_laws))
@@ -299,16 +299,16 @@ fn fitted(
         }
     }
     let states: Vec<&TriedLaw> = tried.iter().filter(plain).collect();
-    let found = match states.len() == question.states.len() {
+    let best_fit = match states.len() == question.states.len() {
         true => fit_law(question, &states, progress),
         // One of the rest states that are asked has none: that is said.
         false => fit(question, progress),
     };
-    let found = found.map_err(Error::Fit)?;
+    let best_fit = best_fit.map_err(Error::Fit)?;
     if let Some(n) = tried.iter().position(|law| plain(&law)) {
         tried[..=n].rotate_right(1);
     }
-    Ok((found, told(tried)))
+    Ok((best_fit, told(tried)))
 }
 
 /// One modulus for all tissues where the case has one for each: whether the scan speaks for it.

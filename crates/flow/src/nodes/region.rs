@@ -116,8 +116,8 @@ impl Node for Region {
         let side = if inputs.left { Side::Left } else { Side::Right };
         let tumour = inputs.tumour.sphere()?;
         let (ct, map, progress) = (&input.ct, &segmented.labels, work.progress);
-        let found = Breast::find(map, side, Some(tumour.centre()));
-        let (breast, sphere) = match (found, inputs.region) {
+        let detected = Breast::find(map, side, Some(tumour.centre()));
+        let (breast, sphere) = match (detected, inputs.region) {
             // Labels that were supplied need not hold a whole breast when the region is given.
             (breast, Some(ball)) => {
                 work.warn_all(breast.as_ref().err().and_then(missing));

@@ -436,8 +436,8 @@ fn check_recorded(spec: &Spec, inputs: &Inputs) -> Result<(), Error> {
     for (key, path, known) in spec.recorded() {
         let path = spec.folder().join(path);
         // One that is not there is told by whoever reads it: the case can be looked at without.
-        let found = inputs.file(key, &path).ok();
-        if found.is_some_and(|found| !known.contains(&found.hash())) {
+        let file = inputs.file(key, &path).ok();
+        if file.is_some_and(|file| !known.contains(&file.hash())) {
             return Err(Error::InputsChanged { key, path });
         }
     }

@@ -127,28 +127,28 @@ pub(super) fn ancestors(
     case_state: &CaseState,
     targets: &[NodeId],
 ) -> Result<BTreeSet<NodeId>, Error> {
-    let mut found = BTreeSet::new();
+    let mut ancestors = BTreeSet::new();
     let mut open = targets.to_vec();
     while let Some(node) = open.pop() {
-        if !found.insert(node) || case_state.given.contains_key(&node) {
+        if !ancestors.insert(node) || case_state.given.contains_key(&node) {
             continue;
         }
         if (entry(node).asked)(case_state)? {
             open.extend(entry(node).parents);
         }
     }
-    Ok(found)
+    Ok(ancestors)
 }
 
 /// The node and all that rest on it.
 pub(super) fn descendants(node: NodeId) -> BTreeSet<NodeId> {
-    let mut found = BTreeSet::from([node]);
+    let mut descendants = BTreeSet::from([node]);
     for later in NODES.iter() {
-        if later.parents.iter().any(|parent| found.contains(parent)) {
-            found.insert(later.id);
+        if later.parents.iter().any(|parent| descendants.contains(parent)) {
+            descendants.insert(later.id);
         }
     }
-    found
+    descendants
 }
 
 /// What is there when a plan is made.

@@ -130,11 +130,11 @@ fn filled(
     let shell = domain.shell(tetrahedra, progress.part(0.0, 0.1))?;
     let solid = Solid { domain, shell: &shell, sphere: region.sphere(), tetrahedra };
     let asked = (tetrahedra, Effort::default());
-    let found = by_edge_length(
+    let search = by_edge_length(
         domain.volume_mm3(),
         asked,
         progress.part(0.1, 1.0),
         |edge_mm, progress| fill(&solid, edge_mm, progress),
     )?;
-    Ok(found.mesh)
+    Ok(search.mesh)
 }

@@ -31,17 +31,17 @@ pub(crate) struct Map<'a> {
 /// the mean of all.
 pub(crate) fn shares(mesh: &TetMesh, map: &Map<'_>) -> Vec<[f64; 4]> {
     let count = mesh.tets().len();
-    let found: Vec<Option<[f64; 4]>> =
+    let means: Vec<Option<[f64; 4]>> =
         (0..count).into_par_iter().map(|t| mean(&mesh.corners(t), map)).collect();
     let (mut sum, mut whole) = ([0.0; 4], 0.0);
-    for (tet, of) in found.iter().enumerate() {
+    for (tet, of) in means.iter().enumerate() {
         let Some(of) = of else { continue };
         let volume = mesh.volume(tet);
         (0..4).for_each(|k| sum[k] += of[k] * volume);
         whole += volume;
     }
     let all = if whole > 0.0 { sum.map(|part| part / whole) } else { [1.0, 0.0, 0.0, 0.0] };
-    found.into_iter().map(|of| of.unwrap_or(all)).collect()
+    means.into_iter().map(|of| of.unwrap_or(all)).collect()
 }
 
 /// The moduli of the tetrahedra, kPa, and what a report tells of them.
@@ -54,16 +54,16 @@ pub(crate) fn moduli(
     shares: &[[f64; 4]],
     stiffness: &Stiffness,
 ) -> (Vec<f64>, Moduli) {
-    let found = supine_personalise::moduli(shares, &stiffness.kpa);
+    let unscaled = supine_personalise::moduli(shares, &stiffness.kpa);
     let (mut sum, mut whole) = (0.0, 0.0);
-    for (tet, e) in found.iter().enumerate() {
+    for (tet, e) in unscaled.iter().enumerate() {
         let volume = mesh.volume(tet);
         sum += e * volume;
         whole += volume;
     }
     let all = sum / whole;
     let scale = stiffness.mean_kpa.map_or(1.0, |wanted| wanted / all);
-    let moduli: Vec<f64> = found.into_iter().map(|e| scale * e).collect();
+    let moduli: Vec<f64> = unscaled.into_iter().map(|e| scale * e).collect();
     let [fat_kpa, gland_kpa, skin_kpa, tumour_kpa] = stiffness.kpa.map(|e| e * scale);
     let told = Moduli {
         map: stiffness.map.name().into(),

@@ -116,10 +116,10 @@ fn outline(grid: &Grid, tumour: Sphere) -> Vec<Vec<Point>> {
         (tumour.radius().powi(2) - off * off).max(0.0).sqrt()
     };
     let met = (0..slices).filter(|&k| radius(k) > 0.1 * tumour.radius());
-    let found: Vec<Vec<Point>> = met.map(|k| circle(k, radius(k))).collect();
-    if found.is_empty() {
+    let contours: Vec<Vec<Point>> = met.map(|k| circle(k, radius(k))).collect();
+    if contours.is_empty() {
         let nearest = (depth / step).round().clamp(0.0, (slices - 1) as f64) as usize;
         return vec![circle(nearest, tumour.radius())];
     }
-    found
+    contours
 }

@@ -63,8 +63,8 @@ pub(crate) fn names_a_patient(path: &Path) -> Result<bool, Error> {
 }
 
 fn owners(path: &Path) -> Result<Vec<Owner>, Error> {
-    let found = object_files(path, Progress::none()).map_err(Error::Carried)?;
-    Ok(found.objects.into_iter().map(|object| object.owner).collect())
+    let files = object_files(path, Progress::none()).map_err(Error::Carried)?;
+    Ok(files.objects.into_iter().map(|object| object.owner).collect())
 }
 
 /// What differs although the Patient ID does not. What one of them leaves out does not differ:

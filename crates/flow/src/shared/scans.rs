@@ -147,8 +147,8 @@ impl Onto<'_> {
         if let Some(pose) = read.pose {
             return Ok(vec![pose]);
         }
-        let found = candidates(&read.scan, self.shape, &[], progress)?;
-        Ok(found.into_iter().take(POSES).map(|(_, pose)| pose).collect())
+        let ranked = candidates(&read.scan, self.shape, &[], progress)?;
+        Ok(ranked.into_iter().take(POSES).map(|(_, pose)| pose).collect())
     }
 
     /// The lying scan on the skin.
@@ -165,10 +165,11 @@ impl Onto<'_> {
         };
         let pose = poses.first().copied().unwrap_or_else(Pose::identity);
         let start = Start { pose, values: vec![] };
-        let found = align(scan, self.shape, &start, &params, Progress::none());
-        let found = found.map_err(|e| Error::Fit(e.into()))?;
+        let aligned = align(scan, self.shape, &start, &params, Progress::none());
+        let aligned = aligned.map_err(|e| Error::Fit(e.into()))?;
         let posed = supine_register::Posed::new(self.shape, &[]);
-        let distances = signed_distances(scan, &found.pose, &posed, &self.shape.weights, WITHIN_MM);
+        let distances =
+            signed_distances(scan, &aligned.pose, &posed, &self.shape.weights, WITHIN_MM);
         let rms_mm = distances.within(&self.region).spread().rms_mm;
         if rms_mm > SUPINE_MM {
             let text = format!(
@@ -177,8 +178,8 @@ impl Onto<'_> {
             );
             work.warn(Warning::new("supine-scan-apart", text));
         }
-        self.check_side(scan, &found, &params)?;
-        let scale = self.scale(scan, &found, &params)?;
+        self.check_side(scan, &aligned, &params)?;
+        let scale = self.scale(scan, &aligned, &params)?;
         if (scale - 1.0).abs() > SCALE {
             let text = format!(
                 "the scan of the lying patient is {:.1} % {} than the skin of the CT: if the scanner measures so, the modulus is off \
@@ -188,7 +189,7 @@ impl Onto<'_> {
             );
             work.warn(Warning::new("scan-scale", text));
         }
-        let patient_from_scan = found.pose.to_homogeneous().transpose().into();
+        let patient_from_scan = aligned.pose.to_homogeneous().transpose().into();
         Ok(ScanFit { rms_mm, scale, patient_from_scan })
     }
 }
@@ -199,8 +200,8 @@ impl Onto<'_> {
         let shape = Scaled::new(self.shape, self.region.centre());
         let start = Start { pose: found.pose, values: vec![0.0] };
         let params = Params { reach_mm: [REACH_MM[1]; 2], ..*params };
-        let found = align(scan, &shape, &start, &params, Progress::none());
-        Ok(1.0 + found.map_err(|e| Error::Fit(e.into()))?.values[0])
+        let rescaled = align(scan, &shape, &start, &params, Progress::none());
+        Ok(1.0 + rescaled.map_err(|e| Error::Fit(e.into()))?.values[0])
     }
 
     /// That a scan is not the mirror image of the patient.

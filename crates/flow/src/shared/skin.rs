@@ -43,8 +43,8 @@ pub(crate) fn other_breast(
     centre.x = low + high - centre.x;
     // Elsewhere on that side a raised arm may stand higher than the breast.
     let side = if left { Side::Right } else { Side::Left };
-    let found = Breast::find(&segmented.labels, side, Some(centre));
-    if let Ok((sphere, _)) = found.and_then(|breast| breast.region(&segmented.labels, None)) {
+    let breast = Breast::find(&segmented.labels, side, Some(centre));
+    if let Ok((sphere, _)) = breast.and_then(|breast| breast.region(&segmented.labels, None)) {
         return Some(sphere);
     }
     Sphere::new(centre, region.radius()).ok()

@@ -48,12 +48,12 @@ impl TumourCache {
             None => {
                 let structures = read_structures(&file.path).map_err(Error::TumourFile)?;
                 file.check_unchanged()?;
-                let found = drawn(&structures, name)?;
+                let tumour = drawn(&structures, name)?;
                 let of_it = structures.rois().iter().filter(|roi| roi.name == name);
                 let odd =
                     of_it.flat_map(|roi| roi.partly_open().into_iter().chain(roi.oddly_drawn()));
                 let odd = structures.warnings().iter().cloned().chain(odd).collect();
-                known.entry(key).or_insert((found, odd)).clone()
+                known.entry(key).or_insert((tumour, odd)).clone()
             }
         };
         Ok(PlacedTumour { sphere, drawn: Some((file, frame)), warnings })
@@ -71,8 +71,8 @@ pub(crate) fn drawn(structures: &Structures, name: &str) -> Result<Drawn, Error>
         let names: Vec<&str> = structures.rois().iter().map(|roi| roi.name.as_str()).collect();
         return Err(Error::TumourName(not_one(name, named.len(), &names)));
     };
-    let found = structures.enclosed(roi).map_err(Error::TumourFile)?;
-    let sphere = Sphere::new(found.centroid, found.radius());
+    let enclosed = structures.enclosed(roi).map_err(Error::TumourFile)?;
+    let sphere = Sphere::new(enclosed.centroid, enclosed.radius());
     let sphere = sphere.map_err(|e| Error::TumourName(format!("{name:?}: {e}")))?;
     Ok((sphere, roi.frame_of_reference.clone()))
 }

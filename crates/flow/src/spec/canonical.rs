@@ -13,13 +13,13 @@ use serde_json::{Map, Value as Json};
 pub(super) fn object(case: &Case, values: &Values) -> Map<String, Json> {
     let mut object = Map::new();
     for (place, parameter) in TABLE.iter().enumerate() {
-        let found = match (parameter.derived, values.get(&place)) {
+        let value = match (parameter.derived, values.get(&place)) {
             (Some(derived), _) => derived(case),
             (None, Some(given)) => given.json(),
             (None, None) => default(parameter),
         };
-        if !found.is_null() && found.as_array().is_none_or(|list| !list.is_empty()) {
-            insert(&mut object, parameter, found);
+        if !value.is_null() && value.as_array().is_none_or(|list| !list.is_empty()) {
+            insert(&mut object, parameter, value);
         }
     }
     object

@@ -44,7 +44,7 @@ impl Value {
     /// # Errors
     /// [`CaseError::Value`] with key, value and what is expected.
     pub fn of(parameter: &Parameter, given: &Json) -> Result<Self, CaseError> {
-        let found = match parameter.kind {
+        let value = match parameter.kind {
             Kind::Switch => given.as_bool().map(Self::Switch),
             Kind::Number { min, max } => {
                 given.as_f64().filter(|x| (min..=max).contains(x)).map(Self::Number)
@@ -69,7 +69,7 @@ impl Value {
             },
             Kind::Names => texts(given).map(Self::Names),
         };
-        found.ok_or_else(|| unfit(parameter, &short(given), hint::of_value(parameter.kind, given)))
+        value.ok_or_else(|| unfit(parameter, &short(given), hint::of_value(parameter.kind, given)))
     }
 
     /// The value of a parameter as it is typed on the command line: words and paths without

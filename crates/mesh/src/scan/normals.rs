@@ -103,8 +103,8 @@ fn from_neighbours(points: &[Point]) -> Vec<Vector> {
     let (mut normals, links): (Vec<Vector>, Vec<Vec<u32>>) = around.into_iter().unzip();
     orient::orient(&sparse, &mut normals, &links);
     let of_nearest = |p: &Point| {
-        let found = tree.nearest(p, f64::INFINITY);
-        found.map(|found| normals[found.0]).unwrap_or_default()
+        let nearest = tree.nearest(p, f64::INFINITY);
+        nearest.map(|found| normals[found.0]).unwrap_or_default()
     };
     points.par_iter().map(of_nearest).collect()
 }

@@ -90,14 +90,14 @@ impl Cells {
         }
         let words: Vec<u32> = words.iter().map(|bytes| u32::from_be_bytes(*bytes)).collect();
         let mut left = words.as_slice();
-        let mut found = 0;
+        let mut cells = 0;
         while let Some(cell) = next_cell(&mut left) {
             if cell.iter().any(|index| *index >= points) {
                 return Err(Refusal::Form("cells of a POLYDATA name only points that it has"));
             }
-            found += 1;
+            cells += 1;
         }
-        if !left.is_empty() || found != count {
+        if !left.is_empty() || cells != count {
             return Err(Refusal::Form(rule));
         }
         Ok(Self { count, words })

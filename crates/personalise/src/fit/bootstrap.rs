@@ -48,13 +48,13 @@ pub(super) fn deviations(
         };
         Ok::<_, Error>(align_near(&scan, family, &posed, &start, &params)?.values)
     };
-    let found: Vec<Vec<f64>> =
+    let estimates: Vec<Vec<f64>> =
         draws.par_iter().map(|draw| once(Some(draw))).collect::<Result<_, _>>()?;
     progress.at(1.0)?;
     let deviation = |k: usize| {
-        let mean = found.iter().map(|v| v[k]).sum::<f64>() / found.len() as f64;
-        let squares = found.iter().map(|v| (v[k] - mean).powi(2)).sum::<f64>();
-        (squares / (found.len() - 1) as f64).sqrt()
+        let mean = estimates.iter().map(|v| v[k]).sum::<f64>() / estimates.len() as f64;
+        let squares = estimates.iter().map(|v| (v[k] - mean).powi(2)).sum::<f64>();
+        (squares / (estimates.len() - 1) as f64).sqrt()
     };
     Ok((0..best.values.len()).map(deviation).collect())
 }

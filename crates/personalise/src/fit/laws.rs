@@ -346,20 +346,20 @@ impl<'a> Search<'a> {
         let question = &FitQuestion { body: &law.coarse, poses, ..law.question(self.question) };
         let plain = self.tried.iter().find(|tried| tried.trial.rest == trial.rest);
         let from_kpa = plain.map_or(STIFFEST_KPA, |plain| STIFFER * plain.kpa());
-        let mut found =
+        let mut best =
             search(question, self.carried, trial.rest, from_kpa, progress.part(0.0, 0.6))?;
         // Where the lean has no solution, the breast is compared as upright as the path has it.
-        let (aligned, rest) = (&found.aligned, trial.rest);
+        let (aligned, rest) = (&best.aligned, trial.rest);
         match on_coarse(question, self.carried, rest, aligned, progress.part(0.6, 1.0)) {
             Err(error) if error.kind() != Failure::Stopped => {}
-            settled => found.aligned = settled?,
+            settled => best.aligned = settled?,
         }
-        let misfit_mm = misfit_mm(&found.aligned, self.carried);
-        let lean_deg = found.aligned.values.get(1).copied().unwrap_or(0.0);
+        let misfit_mm = misfit_mm(&best.aligned, self.carried);
+        let lean_deg = best.aligned.values.get(1).copied().unwrap_or(0.0);
         if lean_deg.abs() > limits::LEANS_DEG {
             return Err(Error::Posture { lean_deg, misfit_mm });
         }
-        Ok(Tried { trial, misfit_mm, found })
+        Ok(Tried { trial, misfit_mm, found: best })
     }
 }
 

@@ -138,10 +138,10 @@ pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Er
         let watch = beside.one(n);
         search::search(question, &coarse, *rest, STIFFEST_KPA, Progress::new(&watch))
     };
-    let found: Vec<Result<Found, Error>> =
+    let results: Vec<Result<Found, Error>> =
         question.states.par_iter().enumerate().map(one).collect();
-    let found = found.into_iter().collect::<Result<_, _>>()?;
-    finished(question, &coarse, found, progress.part(0.6, 1.0))
+    let coarse_fits = results.into_iter().collect::<Result<_, _>>()?;
+    finished(question, &coarse, coarse_fits, progress.part(0.6, 1.0))
 }
 
 /// The same with a law that was tried, from where that stands on the coarse mesh: one in several
@@ -158,8 +158,8 @@ pub fn fit_law(
     let states: Vec<RestState> = tried.iter().map(|law| law.fit.rest).collect();
     let law = Lawful::new(question, tried.first().map_or(&[], |law| &law.fit.additions));
     let question = FitQuestion { states: &states, ..law.question(question) };
-    let found = tried.iter().map(|law| law.found.clone()).collect();
-    finished(&question, &coarse, found, progress)
+    let coarse_fits = tried.iter().map(|law| law.found.clone()).collect();
+    finished(&question, &coarse, coarse_fits, progress)
 }
 
 /// The fit on the mesh that is asked, from what was found on the coarse one in each rest state.

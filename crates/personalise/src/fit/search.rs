@@ -84,22 +84,22 @@ pub(super) fn search(
         }
         let reach_mm = if path.is_empty() { [20.0, 6.0] } else { [8.0, 6.0] };
         let fixed = fixed(&family, carried, kpa);
-        let mut found: Vec<(f64, Pose)> = Vec::new();
+        let mut ranked: Vec<(f64, Pose)> = Vec::new();
         for pose in &mut poses {
             let start = Start { pose: *pose, values: vec![] };
             let params = question.params_of(reach_mm, ITERATIONS);
             let aligned = align(&sparse, &fixed, &start, &params, progress)?;
             *pose = aligned.pose;
-            found.push((aligned.objective_mm2, aligned.pose));
+            ranked.push((aligned.objective_mm2, aligned.pose));
         }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let Some(&(objective, pose)) = found.first() else { break };
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let Some(&(objective, pose)) = ranked.first() else { break };
         path.push(FitStep { young_kpa: kpa, objective_mm2: objective });
         // The loss of a small residual r is r²/2.
         let off_mm = (2.0 * objective).sqrt();
         progress.found(&format!("{}: {kpa:.3} kPa, scan {off_mm:.2} mm off", rest.name()));
         if best.as_ref().is_none_or(|best| objective < best.objective) {
-            let other = question.other_than(&pose, &found).map(|other| other / objective);
+            let other = question.other_than(&pose, &ranked).map(|other| other / objective);
             best = Some(Best { objective, kpa, pose, other });
         }
         kpa /= FACTOR;
@@ -131,14 +131,14 @@ pub(super) fn solve(
     kpa: f64,
     turned: bool,
 ) -> Result<(), supine_fem::Error> {
-    let found = sequence.at(kpa, question.load.target, true, Progress::none())?;
-    let slope = found.slope.ok_or(supine_fem::Error::Singular)?;
+    let solution = sequence.at(kpa, question.load.target, true, Progress::none())?;
+    let slope = solution.slope.ok_or(supine_fem::Error::Singular)?;
     let there = match turned {
         true => Some(sequence.at(kpa, question.turned(TURN_DEG), false, Progress::none())?),
         false => None,
     };
     let there = there.as_ref().map(|there| (there.deformation.displacement(), TURN_DEG));
-    family.add(kpa, found.deformation.displacement(), &slope, there);
+    family.add(kpa, solution.deformation.displacement(), &slope, there);
     Ok(())
 }
 

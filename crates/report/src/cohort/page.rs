@@ -94,7 +94,7 @@ fn first<'a>(
             apart.entry(anchor).or_default().push(text);
         }
     }
-    let mut found = Vec::new();
+    let mut ranked = Vec::new();
     for patient in patients {
         let (status, place) = (&patient.status, anchor(&patient.status.case));
         let (rank, why) = match (status.status, apart.get(place.as_str())) {
@@ -109,12 +109,12 @@ fn first<'a>(
                 (rank(ended), format!("{}. {why}", headline(ended)))
             }
         };
-        found.push((rank, (place, status.case.as_str(), class(status.status), why)));
+        ranked.push((rank, (place, status.case.as_str(), class(status.status), why)));
     }
     // A stable sort: names stay in order.
-    found.sort_by_key(|(rank, _)| *rank);
-    let more = found.len().saturating_sub(FIRST);
-    (found.into_iter().take(FIRST).map(|(_, line)| line).collect(), more)
+    ranked.sort_by_key(|(rank, _)| *rank);
+    let more = ranked.len().saturating_sub(FIRST);
+    (ranked.into_iter().take(FIRST).map(|(_, line)| line).collect(), more)
 }
 
 fn codes(patients: &[Patient]) -> Vec<(&str, usize)> {

@@ -180,16 +180,16 @@ impl Setter {
     /// A text in lines no wider than `wide`.
     pub(super) fn text(&self, text: &str, style: Style, wide: f64) -> Block {
         let text = self.letters(text);
-        let found = lines(&text, style.face, style.size, wide);
-        let ends = found.iter().skip(1).map(|line| line.start).chain([text.len()]);
+        let ranges = lines(&text, style.face, style.size, wide);
+        let ends = ranges.iter().skip(1).map(|line| line.start).chain([text.len()]);
         // The space at which a line is broken stays, so that words remain apart when they are read.
         let op = |(n, (line, end)): (usize, (&std::ops::Range<usize>, usize))| Op::Text {
             at: [0.0, style.size + n as f64 * style.leading()],
             style,
             text: text[line.start..end].into(),
         };
-        let height = found.len() as f64 * style.leading();
-        let ops = found.iter().zip(ends).enumerate().map(op).collect();
+        let height = ranges.len() as f64 * style.leading();
+        let ops = ranges.iter().zip(ends).enumerate().map(op).collect();
         Block { height, ops }.within(style.role)
     }
 

@@ -20,7 +20,7 @@ pub(super) fn on_grid(grid: &Grid, map: &Map) -> Vec<(usize, SeedKind)> {
     let Some(painted) = extent(map) else { return Vec::new() };
     let Some(near) = corners(grid, map.grid(), painted) else { return Vec::new() };
     let Extent { first: low, last: high } = near;
-    let mut found: Vec<(usize, SeedKind)> = (low[2]..high[2] + 1)
+    let mut voxels: Vec<(usize, SeedKind)> = (low[2]..high[2] + 1)
         .into_par_iter()
         .flat_map_iter(|k| {
             let rows = (low[1]..high[1] + 1).map(move |j| (j, k));
@@ -29,9 +29,9 @@ pub(super) fn on_grid(grid: &Grid, map: &Map) -> Vec<(usize, SeedKind)> {
         .collect();
     let coarse = grid.spacing().min();
     if map.grid().spacing().iter().any(|&s| s < 0.99 * coarse.max(grid.spacing().max())) {
-        add_thin(grid, map, painted, &mut found);
+        add_thin(grid, map, painted, &mut voxels);
     }
-    found
+    voxels
 }
 
 /// First and last painted voxel along each axis.

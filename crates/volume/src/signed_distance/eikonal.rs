@@ -90,17 +90,17 @@ impl Lattice {
                     beside(k > 0, row.wrapping_sub(nj)),
                     beside(k + 1 < nk, row + nj),
                 ];
-                let mut found = Vec::new();
+                let mut near = Vec::new();
                 for i in 0..ni {
                     let other = |v: i16| (v ^ here[i]) < 0;
                     if sides.iter().any(|side| other(side[i]))
                         || other(here[i.saturating_sub(1)])
                         || other(here[(i + 1).min(ni - 1)])
                     {
-                        found.push(self.crossings(values, row * ni + i, &crossing));
+                        near.push(self.crossings(values, row * ni + i, &crossing));
                     }
                 }
-                found
+                near
             })
             .collect();
         rows.into_iter().flatten().collect()

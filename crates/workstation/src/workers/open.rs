@@ -83,8 +83,8 @@ impl Opener {
     fn look_through(&self, path: PathBuf) -> Result<(), Error> {
         self.jobs.begin("looking through the folder", move |report| {
             let spec = Spec::new("");
-            let found = inspect(&Inspect { spec, path: path.clone(), pixels: false }, report)?;
-            report.change(|store| store.inspected(&path, &found));
+            let inspection = inspect(&Inspect { spec, path: path.clone(), pixels: false }, report)?;
+            report.change(|store| store.inspected(&path, &inspection));
             Ok(())
         })
     }

@@ -27,9 +27,9 @@ fn patient_of(spec: &Spec) -> Option<String> {
     let case = spec.case().ok()?;
     let path = case.ct().ok()?.to_path_buf();
     let given = Inspect { spec: Spec::new(""), path, pixels: false };
-    let found = inspect(&given, &Unwatched).ok()?;
+    let inspection = inspect(&given, &Unwatched).ok()?;
     let wanted = |uid: &String| case.series.as_ref().is_none_or(|series| series == uid);
-    let series = found.series.iter().filter(|one| wanted(&one.uid));
+    let series = inspection.series.iter().filter(|one| wanted(&one.uid));
     let lines: BTreeSet<String> = series.map(|one| one.whose.line()).collect();
     let lines: Vec<String> = lines.into_iter().filter(|line| !line.is_empty()).collect();
     // Which of several series it means is told once it is open.

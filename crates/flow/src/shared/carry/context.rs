@@ -185,9 +185,9 @@ impl CarryContext {
         path: &Path,
         grid: &Grid,
     ) -> Result<(Segmentation, Vec<Warning>), Error> {
-        let found = frame_of_reference(path).map_err(Error::Carried)?;
-        let mut warnings = self.compare(path, &[Drawn::whole(found.clone())])?;
-        let given = read_segmentation(path, grid, Some(&found)).map_err(Error::Carried)?;
+        let frame = frame_of_reference(path).map_err(Error::Carried)?;
+        let mut warnings = self.compare(path, &[Drawn::whole(frame.clone())])?;
+        let given = read_segmentation(path, grid, Some(&frame)).map_err(Error::Carried)?;
         warnings.extend(given.warnings().to_vec());
         let Some(source) = self.whose() else { return Ok((given, warnings)) };
         let exported = given.for_export(source, self.anonymiser.as_ref());

@@ -224,8 +224,8 @@ pub(super) fn plan(candidates: &[Candidate], names: &RegionNames) -> Result<Plan
 }
 
 fn not_found(candidates: &[Candidate], role: &Role) -> RegionNameError {
-    let found = candidates.iter().map(|c| c.name.clone()).collect();
-    RegionNameError::NotFound { part: role.part, key: role.key, found }
+    let names = candidates.iter().map(|c| c.name.clone()).collect();
+    RegionNameError::NotFound { part: role.part, key: role.key, found: names }
 }
 
 /// The regions of a part, with whether their name is only a loose one: those the user names, else
@@ -240,9 +240,9 @@ fn pick(
         let same = |c: &Candidate| c.name.trim().to_lowercase() == asked.trim().to_lowercase();
         let places: Vec<usize> = (0..candidates.len()).filter(|&n| same(&candidates[n])).collect();
         let [place] = places[..] else {
-            let found = candidates.iter().map(|c| c.name.clone()).collect();
+            let names = candidates.iter().map(|c| c.name.clone()).collect();
             let (asked, times) = (asked.clone(), places.len());
-            return Err(RegionNameError::Named { key: role.key, asked, times, found });
+            return Err(RegionNameError::Named { key: role.key, asked, times, found: names });
         };
         picked.push((place, false));
     }
@@ -261,8 +261,12 @@ fn pick(
             [] => {}
             [place] => return Ok(vec![(place, rank == 2)]),
             _ => {
-                let found = places.iter().map(|&n| candidates[n].name.clone()).collect();
-                return Err(RegionNameError::Ambiguous { part: role.part, key: role.key, found });
+                let names = places.iter().map(|&n| candidates[n].name.clone()).collect();
+                return Err(RegionNameError::Ambiguous {
+                    part: role.part,
+                    key: role.key,
+                    found: names,
+                });
             }
         }
     }
