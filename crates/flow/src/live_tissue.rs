@@ -1,7 +1,7 @@
 //! The patient's tissue on a mesh that is fast enough for live work.
 
 use crate::nodes::{
-    ByTissue, Fit, Import, Imported, Labelled, Law, Mesh, Meshed, Moduli, Tissues, coarser,
+    ByTissue, Fit, Fitted, Import, Imported, Labelled, Law, Mesh, Meshed, Moduli, Tissues, coarser,
     tissue_map,
 };
 use crate::session::{Request, Session, Watched};
@@ -94,7 +94,7 @@ pub(crate) struct Found {
     input: Arc<Imported>,
     meshed: Arc<Meshed>,
     moduli: Arc<Option<ByTissue>>,
-    fit: Option<TissueFit>,
+    fit: Option<Arc<Fitted>>,
     tissues: Option<Arc<Labelled>>,
 }
 
@@ -107,7 +107,7 @@ impl Found {
         let moduli = session.get::<Moduli>(request)?;
         // A fit takes long: without one that is held, the case's own values count.
         let fit = match fits(session) {
-            true => session.get::<Fit>(request)?.tissue().cloned(),
+            true => Some(session.get::<Fit>(request)?),
             false => None,
         };
         let tissues = match moduli.as_ref() {
@@ -117,9 +117,14 @@ impl Found {
         Ok(Self { case: session.case(), input, meshed, moduli, fit, tissues })
     }
 
+    /// What was fitted.
+    fn tissue(&self) -> Option<&TissueFit> {
+        self.fit.as_ref().and_then(|fit| fit.tissue())
+    }
+
     /// The law of the tissue on a level table.
     pub(crate) fn law(&self) -> Law {
-        law(&self.case).fitted(self.fit.as_ref())
+        law(&self.case).fitted(self.tissue())
     }
 
     /// # Errors
@@ -130,7 +135,7 @@ impl Found {
         refinement: &Refinement,
         progress: Progress<'_>,
     ) -> Result<LiveTissue, Error> {
-        let (law, fit) = (self.law(), self.fit.as_ref());
+        let (law, fit) = (self.law(), self.tissue());
         let plain = Body::new(Arc::clone(&self.meshed.mesh), law.tissue());
         let on = coarser(&plain, mesh.tetrahedra, refinement, progress)?.mesh;
         let by_labels = self.case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
@@ -138,6 +143,8 @@ impl Found {
         let moduli = moduli.and_then(|(by, tissues)| {
             tissue_map(&self.input, tissues, by_labels).map(|map| by.on(&on, &map))
         });
+        let by_scan = self.fit.as_ref().and_then(|fit| fit.by_tissue());
+        let moduli = by_scan.map(|by| by.carried(&self.meshed.mesh, &on)).or(moduli);
         // Curved edges belong to the mesh that they were found for.
         let same = Arc::ptr_eq(&on, &self.meshed.mesh);
         let curved = self.meshed.curved.clone().filter(|_| same);

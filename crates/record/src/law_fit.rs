@@ -16,6 +16,8 @@ pub enum Addition {
     Sliding(SlidingArea),
     /// The skin is a membrane on it.
     Skin(Membrane),
+    /// Gland and skin have moduli of their own.
+    Tissues,
 }
 
 impl Addition {
@@ -29,6 +31,7 @@ impl Addition {
                 area.stiffness_kpa_mm, area.radius_mm
             ),
             Self::Skin(skin) => format!("a skin of {} kPa", skin.young_kpa),
+            Self::Tissues => "gland and skin with moduli of their own".into(),
         }
     }
 }

@@ -293,7 +293,7 @@ fn fit(fit: &TissueFit) -> Vec<Reason> {
         let words: Vec<String> =
             fit.additions().iter().map(supine_record::Addition::words).collect();
         let text = format!(
-            "The scan of the sitting patient speaks against plain tissue; the run goes on with what fits best: {}.",
+            "The scan of the sitting patient speaks against plain tissue; the run goes on with the law that fits it best: {}.",
             words.join(", ")
         );
         reasons.push(reason(Colour::Amber, "law-by-scan", text));
@@ -307,8 +307,9 @@ fn fit(fit: &TissueFit) -> Vec<Reason> {
             )
         });
         let text = format!(
-            "The model's skin lies {} mm rms off the scan of the sitting patient, more than noise explains: no law that was tried \
+            "{} the model's skin lies {} mm rms off the scan of the sitting patient, more than noise explains: no law that was tried \
              describes this breast.{whereabouts}",
+            if fit.additions().is_empty() { "With plain tissue" } else { "With that law too" },
             fixed(best.misfit_mm, 1)
         );
         let place_mm = best.farthest.map(|far| far.place_mm);

@@ -4,6 +4,7 @@ use super::{Import, Mesh, Moduli as ModuliNode, Region, Segment, Tissues as Tiss
 use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
 use crate::inputs::InputFile;
+use crate::nodes::fit_by_tissue::fit_by_tissue;
 use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
 use crate::nodes::moduli::{ByTissue, tissue_map};
@@ -76,6 +77,9 @@ pub(crate) struct Fitted {
     tissue: Option<TissueFit>,
     /// Those of the tissues with what was fitted.
     moduli: Option<Moduli>,
+    /// Moduli by tissue that the scan spoke for; the case does not ask for any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    by_tissue: Option<ByTissue>,
     inputs: Vec<Input>,
     /// Of the sitting scan from the skin of the CT, and from the model's with what was fitted.
     #[serde(skip)]
@@ -89,6 +93,16 @@ impl Fitted {
 
     pub(crate) fn moduli(&self) -> Option<&Moduli> {
         self.moduli.as_ref()
+    }
+
+    /// Moduli by tissue that the scan spoke for.
+    pub(crate) fn by_tissue(&self) -> Option<&ByTissue> {
+        self.by_tissue.as_ref()
+    }
+
+    /// The moduli by tissue that are gone on with: those, or what the case asks for.
+    pub(crate) fn stiffness<'a>(&'a self, asked: &'a Option<ByTissue>) -> Option<&'a ByTissue> {
+        self.by_tissue().or(asked.as_ref())
     }
 
     pub(crate) fn inputs(&self) -> &[Input] {
@@ -124,7 +138,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 8;
+    const METHOD: u32 = 9;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
@@ -204,14 +218,27 @@ impl Node for Fit {
                 (best_fit, vec![])
             }
         };
+        let from = (&*input, &*segmented, &*region, &*meshed);
+        let by_scan = match scans.laws {
+            true => fit_by_tissue((&question, &best_fit), &inputs.law, from, work)?,
+            false => None,
+        };
+        let (best_fit, laws, by_tissue) = match by_scan {
+            Some(better) => {
+                let laws = better.before(laws);
+                (better.fit, laws, Some(better.by))
+            }
+            None => (best_fit, laws, None),
+        };
         let mut tissue = TissueFit { laws, ..told(&best_fit, read.supine) };
-        tissue.one_modulus = one_modulus(&question, &best_fit, work.progress.part(0.8, 1.0))?;
-        warn(&tissue, moduli.is_some(), work);
-        let moduli = moduli.map(|by| by.fitted(&meshed.mesh, tissue.best()).1);
+        tissue.one_modulus = one_modulus(&question, &best_fit, work.progress.part(0.98, 1.0))?;
+        let by = by_tissue.as_ref().or(moduli);
+        warn(&tissue, by.is_some(), work);
+        let moduli = by.map(|by| by.fitted(&meshed.mesh, tissue.best()).1);
         let files = [Some(&scans.sitting), scans.supine.as_ref(), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
         let distances = Some(Arc::new(best_fit.distances));
-        Ok(Fitted { tissue: Some(tissue), moduli, inputs, distances })
+        Ok(Fitted { tissue: Some(tissue), moduli, by_tissue, inputs, distances })
     }
 
     fn save(out: &Fitted, work: &Work<'_>) -> Result<(), Error> {

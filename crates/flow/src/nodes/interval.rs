@@ -75,7 +75,7 @@ impl Node for Interval {
             return Ok(Known::default());
         }
         let law = inputs.law.fitted(fit.tissue());
-        let moduli = moduli.as_ref().as_ref();
+        let moduli = fit.stiffness(&moduli);
         let body = law.body(&meshed, moduli, fit.tissue());
         let tissues: Vec<Body> = other_tissues(fit.tissue())
             .iter()

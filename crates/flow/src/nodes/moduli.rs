@@ -10,10 +10,15 @@ use crate::spec::{Stiffness, StiffnessMap};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
-use supine_mesh::TetMesh;
+use std::sync::Arc;
+use supine_mesh::{Locator, TetMesh};
 use supine_report::{FittedTissues, Moduli as Facts, StateFit};
+use supine_space::Vector;
 
 pub(crate) struct Moduli;
+
+/// Shares of fat, gland, skin and tumour where there is fat alone.
+const FAT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
 #[derive(Serialize)]
 pub(crate) struct NodeInputs {
@@ -56,6 +61,26 @@ impl ByTissue {
     pub(crate) fn kpa(&self) -> [f64; 4] {
         let Facts { fat_kpa, gland_kpa, skin_kpa, tumour_kpa, .. } = self.facts;
         [fat_kpa, gland_kpa, skin_kpa, tumour_kpa]
+    }
+
+    /// The tissues in the tetrahedra of a mesh, with moduli for each.
+    pub(crate) fn of(mesh: &TetMesh, map: &TissueMap<'_>, stiffness: &Stiffness) -> Self {
+        let shares = shares(mesh, map);
+        let (young_kpa, facts) = moduli(mesh, &shares, stiffness);
+        Self { shares, young_kpa, facts }
+    }
+
+    /// The same on another mesh of the region: each tetrahedron has the tissues of the one in which
+    /// its middle lies; beside the mesh there is fat.
+    pub(crate) fn carried(&self, from: &Arc<TetMesh>, to: &TetMesh) -> Self {
+        let locator = Locator::new(Arc::clone(from));
+        let at = |tet: usize| {
+            let middle = to.corners(tet).iter().map(|p| p.coords / 4.0).sum::<Vector>();
+            locator.locate(&middle.into()).map_or(FAT, |place| self.shares[place.tet])
+        };
+        let shares: Vec<[f64; 4]> = (0..to.tets().len()).map(at).collect();
+        let young_kpa = supine_personalise::moduli(&shares, &self.kpa());
+        Self { shares, young_kpa, facts: self.facts.clone() }
     }
 
     /// The same tissues in the tetrahedra of another mesh of the region.
@@ -102,10 +127,8 @@ impl Node for Moduli {
     ) -> Result<Self::Out, Error> {
         let map = tissue_map(&input, &tissues, inputs.by_labels);
         let (Some((kpa, mean_kpa)), Some(map)) = (inputs.stiffness, map) else { return Ok(None) };
-        let shares = shares(&meshed.mesh, &map);
         let stiffness = Stiffness { map: map.kind, kpa, mean_kpa, given: true };
-        let (young_kpa, facts) = moduli(&meshed.mesh, &shares, &stiffness);
-        Ok(Some(ByTissue { shares, young_kpa, facts }))
+        Ok(Some(ByTissue::of(&meshed.mesh, &map, &stiffness)))
     }
 
     fn facts(out: &Self::Out) -> Result<serde_json::Value, Error> {

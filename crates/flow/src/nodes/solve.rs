@@ -82,7 +82,7 @@ impl Node for Solve {
     ) -> Result<Solved, Error> {
         let assumed = inputs.assumed();
         let inputs = inputs.fitted(fit.tissue());
-        let body = inputs.body(&meshed, moduli.as_ref().as_ref(), fit.tissue());
+        let body = inputs.body(&meshed, fit.stiffness(&moduli), fit.tissue());
         let (deformation, info) =
             supine_fem::solve(&body, &inputs.load(), &inputs.solver(), work.progress)?;
         work.warn_all(inputs.steep().into_iter().chain(assumed).chain(info.warnings));

@@ -1,5 +1,8 @@
 //! The finer tissues, when the case asks for them.
 
+use super::import::Imported;
+use super::region::Chosen;
+use super::segment::Segmented;
 use super::{Import, Region, Segment};
 use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
@@ -11,7 +14,7 @@ use supine_exchange::{read_labels, write_labels};
 use supine_report::SphereRecord;
 use supine_report::{TissueVolume, Tissues as Facts};
 use supine_segment::{TissueInfo, TissueShare};
-use supine_space::Progress;
+use supine_space::{Progress, Sphere, Warning};
 use supine_volume::{LabelMap, label};
 
 pub(crate) struct Tissues;
@@ -55,14 +58,10 @@ impl Node for Tissues {
         work: &Work<'_>,
     ) -> Result<Labelled, Error> {
         let tumour = inputs.tumour.map(SphereRecord::sphere).transpose()?;
-        let implants = segmented.implants.as_ref().map(|map| map.get(work.progress)).transpose()?;
-        let (ct, coarse) = (&input.ct, &segmented.labels);
-        let (fine, info) =
-            supine_segment::tissues(ct, coarse, implants.as_deref(), tumour, work.progress)?;
-        let here = supine_segment::tissue_shares(ct, &fine, region.sphere()?);
-        let facts = Some(facts(&info, &here));
-        work.warn_all(info.warnings);
-        Ok(Labelled { labels: Some(Arc::new(fine)), facts })
+        let from = (&*input, &*segmented, &*region);
+        let (labels, warnings) = labelled(from, tumour, work.progress)?;
+        work.warn_all(warnings);
+        Ok(labels)
     }
 
     fn save(out: &Labelled, work: &Work<'_>) -> Result<(), Error> {
@@ -85,6 +84,23 @@ impl Node for Tissues {
     fn bytes(out: &Labelled) -> usize {
         out.labels.as_ref().map_or(0, |labels| labels.grid().len())
     }
+}
+
+/// The finer labels of a CT, and what a user must know of them.
+///
+/// # Errors
+/// When they cannot be found, and when the user stops.
+pub(crate) fn labelled(
+    (input, segmented, region): (&Imported, &Segmented, &Chosen),
+    tumour: Option<Sphere>,
+    progress: Progress<'_>,
+) -> Result<(Labelled, Vec<Warning>), Error> {
+    let implants = segmented.implants.as_ref().map(|map| map.get(progress)).transpose()?;
+    let (ct, coarse) = (&input.ct, &segmented.labels);
+    let (fine, info) = supine_segment::tissues(ct, coarse, implants.as_deref(), tumour, progress)?;
+    let here = supine_segment::tissue_shares(ct, &fine, region.sphere()?);
+    let facts = Some(facts(&info, &here));
+    Ok((Labelled { labels: Some(Arc::new(fine)), facts }, info.warnings))
 }
 
 fn facts(info: &TissueInfo, here: &[TissueShare]) -> Facts {

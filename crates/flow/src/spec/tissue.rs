@@ -21,6 +21,14 @@ use supine_fem::{Cut, Law, RestState, Tissue};
 ///   Biomech. 60, 2018), 56 beside 3 kPa by suction on volunteers (Briot et al., Clin. Biomech.
 ///   2022).
 const PROPORTIONS: [f64; 4] = [1.0, 1.5, 16.0, 6.0];
+
+impl Stiffness {
+    /// The moduli of the tissues that are taken for likely, in proportion to that of fat.
+    pub(crate) fn likely() -> Self {
+        Self { map: StiffnessMap::Labels, kpa: PROPORTIONS, mean_kpa: None, given: false }
+    }
+}
+
 pub(super) const KEYS: [&str; 4] = ["tissue.fat", "tissue.gland", "tissue.skin", "tissue.tumour"];
 
 /// The interval that holds the modulus; it has to hold the one that the run is made with.

@@ -75,6 +75,8 @@ pub fn with_additions(
             Addition::Fibres(ratio) => tissue.fibres = ratio,
             Addition::Sliding(area) => params.sliding = Some(area),
             Addition::Skin(skin) => params.skin = Some(skin),
+            // They lie in the moduli of the body.
+            Addition::Tissues => {}
         }
     }
     (tissue, params)
@@ -389,6 +391,7 @@ fn strength(addition: &Addition) -> f64 {
         Addition::Fibres(ratio) => *ratio,
         Addition::Sliding(area) => area.stiffness_kpa_mm,
         Addition::Skin(skin) => skin.young_kpa,
+        Addition::Tissues => 1.0,
     }
 }
 
@@ -401,6 +404,7 @@ fn with_strength(addition: &Addition, strength: f64) -> Addition {
             Addition::Sliding(SlidingArea { stiffness_kpa_mm: strength, ..area })
         }
         Addition::Skin(skin) => Addition::Skin(Membrane { young_kpa: strength, ..skin }),
+        Addition::Tissues => Addition::Tissues,
     }
 }
 
