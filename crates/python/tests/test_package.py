@@ -24,7 +24,8 @@ HERE = Path(__file__).parent
 @pytest.fixture
 def volume() -> supine.Volume:
     turned = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    array = np.arange(24, dtype=np.int16).reshape(2, 3, 4)
+    # From air to bone: what a CT in one file has to hold.
+    array = np.arange(-1000, 1400, 100, dtype=np.int16).reshape(2, 3, 4)
     return supine.Volume(array, (10.0, -20.0, 30.0), (0.5, 1.5, 2.5), turned)
 
 

@@ -405,7 +405,8 @@ def read_ct(path: str | os.PathLike[str], **accept: Unpack[_parameters.Accepted]
         accept: ``series``, ``exclude``, ``assume_hu``, ``equalise_steps`` as in a case file.
 
     Raises:
-        SupineError: when it is not one usable series; the message says which file is wrong and why.
+        SupineError: when it is not one usable series, or holds no HU of a patient in air; the message says which file is wrong
+            and why.
     """
     values: dict[str, Any] = {"ct": path, **accept}
     return Session(**values).ct
