@@ -10,6 +10,16 @@
 //! that a peer cannot ask for memory. Data sets travel in the transfer syntax of their file, or in
 //! Implicit VR where a peer takes no Explicit VR, and are kept in the one they came in. No message
 //! carries the patient's name, ID or dates, nor any text of the peer's that might.
+//!
+//! ```
+//! use supine_dicom_network::Node;
+//!
+//! # fn main() -> Result<(), String> {
+//! let archive: Node = "ARCHIVE@192.0.2.7:104".parse()?;
+//! assert_eq!((archive.title.as_str(), archive.port), ("ARCHIVE", 104));
+//! # Ok(())
+//! # }
+//! ```
 #![expect(
     clippy::disallowed_methods,
     reason = "edge crate: files, sockets and the clock of timeouts"

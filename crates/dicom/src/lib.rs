@@ -20,6 +20,20 @@
 //! - [`verify_export`]: what no validator notices about an exported series
 //!
 //! Positions are LPS, mm; values are HU. No message carries the patient's name, ID or dates.
+//!
+//! ```
+//! use std::path::Path;
+//! use supine_dicom::{Accept, Depth, inspect};
+//! use supine_space::Progress;
+//!
+//! # fn main() -> Result<(), supine_dicom::Error> {
+//! // The synthetic patient of this repository.
+//! let folder = Path::new("../../fixtures/patient/ct");
+//! let inspection = inspect(folder, Depth::Headers, Accept::default(), Progress::none())?;
+//! assert_eq!(inspection.usable().count(), 1);
+//! # Ok(())
+//! # }
+//! ```
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
 mod accept;

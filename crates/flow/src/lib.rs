@@ -10,6 +10,16 @@
 //!
 //! The only crate that knows the order of the stages and the only one below the front ends with a
 //! clock.
+//!
+//! ```
+//! use supine_flow::Spec;
+//!
+//! # fn main() -> Result<(), supine_flow::CaseError> {
+//! let case = Spec::from_text("table = { ap = 7.0, lat = 5.0 }", ".")?.case()?;
+//! assert_eq!(case.table_pose()?.ap_deg, 7.0);
+//! # Ok(())
+//! # }
+//! ```
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files, and the clock of the stages")]
 

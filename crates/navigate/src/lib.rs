@@ -8,6 +8,15 @@
 //!
 //! One thread reads each peer, one writes to it, one solves, one carries the CT around the tumour,
 //! one watches for silence.
+//!
+//! ```
+//! use supine_navigate::Tool;
+//! use supine_space::{Point, Pose};
+//!
+//! // The shaft runs along the z axis of the applicator, here also that of the patient.
+//! let pose = Pose::translation(10.0, 0.0, 0.0);
+//! assert_eq!(Tool::from_axis_mm(&pose, &Point::new(13.0, 4.0, 50.0)), 5.0);
+//! ```
 
 #![expect(
     clippy::disallowed_methods,

@@ -4,6 +4,14 @@
 //! state, the place of the chest wall, the tissue beyond the region, and the mesh.
 //! [`tumour_interval`] says how far the tumour moves with 95 % probability, and what each of them
 //! adds. Lengths in mm, moduli in kPa, positions and displacements in LPS.
+//!
+//! ```
+//! use supine_personalise::LogNormal;
+//!
+//! // A modulus of 0.61 kPa, known to 5 %.
+//! let [low, high] = LogNormal::new(0.61, 0.05).interval_kpa();
+//! assert!(0.5 < low && low < 0.61 && 0.61 < high && high < 0.7);
+//! ```
 
 mod beyond;
 mod curve;

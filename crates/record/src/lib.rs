@@ -1,5 +1,11 @@
 //! What the stages find, as plain facts: the methods fill them, `summary.json` holds them, report
 //! and page show them. A fact is declared here once, with its words and units.
+//!
+//! ```
+//! use supine_record::Addition;
+//!
+//! assert_eq!(Addition::Fibres(2.0).words(), "fibres of 2 times its modulus");
+//! ```
 
 mod agreement;
 mod boundary;

@@ -4,6 +4,19 @@
 //! surface, and with it parameters of the surface's shape, where it has any ([`Shape`]); [`Skin`]
 //! is the surface of a CT. [`by_landmarks`] and [`candidates`] find poses to begin from. A pose
 //! takes the scan's frame to the patient's: LPS, mm.
+//!
+//! ```
+//! use supine_register::by_landmarks;
+//! use supine_space::{Point, Pose};
+//!
+//! # fn main() -> Result<(), supine_register::Error> {
+//! let moved = Pose::translation(5.0, -3.0, 8.0);
+//! let marks = [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 80.0, 0.0]].map(Point::from);
+//! let found = by_landmarks(&marks.map(|mark| (mark, moved * mark)))?;
+//! assert!(found.rms_mm < 1e-9 && (found.pose * marks[1] - moved * marks[1]).norm() < 1e-9);
+//! # Ok(())
+//! # }
+//! ```
 
 mod align;
 mod candidates;

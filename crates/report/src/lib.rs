@@ -5,6 +5,14 @@
 //! `summary.json`; [`pdf()`] makes one or two sheets for printers and archives. Knows no stage: the
 //! pipeline tells what happened. Nothing in the report differs from run to run of the same case;
 //! times and memory stand in [`Summary::run`] alone.
+//!
+//! ```
+//! use supine_report::{Movement, directions};
+//!
+//! let moved = Movement::new([40.0, -30.0, 10.0], [42.0, -29.0, 7.0]);
+//! assert!((moved.distance_mm - 14.0_f64.sqrt()).abs() < 1e-12);
+//! assert!(directions(moved.displacement_mm).contains("to the patient's left"));
+//! ```
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 

@@ -10,6 +10,24 @@
 //! was built, on the fixture, three synthetic patients and the real CT breast-flt013 with contours.
 //! Constants that name no source were chosen, not measured; that the whole works with them is
 //! measured in docs/VERIFICATION.md, "Segmentation".
+//!
+//! ```
+//! use supine_segment::tumour_place;
+//! use supine_space::{Grid, Matrix, Point, Side, Sphere, Vector};
+//! use supine_volume::{Ct, Volume};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let origin = Point::new(-195.0, -145.0, -45.0);
+//! let grid = Grid::new([40, 30, 10], Vector::repeat(10.0), origin, Matrix::identity())?;
+//! // A body of 300 mm by 200 mm in air.
+//! let inside = |p: Point| (p.x / 150.0).powi(2) + (p.y / 100.0).powi(2) < 1.0;
+//! let ct: Ct = Volume::from_fn(grid.clone(), |v| if inside(grid.centre(v)) { 40 } else { -1000 });
+//! let tumour = Sphere::new(Point::new(60.0, -20.0, 0.0), 8.0)?;
+//! assert_eq!(tumour_place(&ct, tumour, Some(Side::Left))?.side, Some(Side::Left));
+//! assert!(tumour_place(&ct, tumour, Some(Side::Right)).is_err());
+//! # Ok(())
+//! # }
+//! ```
 
 mod aggregate;
 mod band;

@@ -7,6 +7,29 @@
 //!
 //! All work is done in the mesher's frame: millimetres along the voxel grid's axes from the
 //! sphere's centre. The result is in LPS, mm.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
+//! use supine_tetrahedralise::{Params, tetrahedralise};
+//! use supine_volume::{Region, Volume, label};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // Soft tissue 45 mm thick in front of chest wall; y points to the back.
+//! let origin = Point::new(-60.0, -80.0, -60.0);
+//! let grid = Grid::new([41, 41, 41], Vector::repeat(3.0), origin, Matrix::identity())?;
+//! let labels = Volume::from_fn(grid.clone(), |voxel| match grid.centre(voxel).y {
+//!     y if y < -45.0 => label::OUTSIDE,
+//!     y if y < 0.0 => label::SOFT_TISSUE,
+//!     _ => label::CHEST_WALL,
+//! });
+//! let region = Region::new(Arc::new(labels), Sphere::new(Point::new(0.0, -20.0, 0.0), 40.0)?)?;
+//! let params = Params { tetrahedra: 600, ..Params::default() };
+//! let (mesh, _) = tetrahedralise(&region, &params, Progress::none())?;
+//! assert_eq!(mesh.tets().len(), 600);
+//! # Ok(())
+//! # }
+//! ```
 
 mod balance;
 mod base_length;

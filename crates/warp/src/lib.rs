@@ -16,6 +16,32 @@
 //! forward like points; `consistency` holds the two fields against each other; `resampling` crops
 //! fields to what moves and leads them on into the air that the tissue left, for other programs;
 //! `dense` keeps clips and wires whole; `beyond` counts what was never measured.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use supine_mesh::{
+//!     BoundaryFace, BoundaryTag, Deformation, Displacement, Edges, TET_FACES, TetMesh,
+//! };
+//! use supine_space::{Point, Vector};
+//! use supine_warp::{Params, carry_points};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let corners = [[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 20.0]];
+//! let face = |f: usize, tag| BoundaryFace { points: TET_FACES[f].map(|p| p as u32), tag };
+//! let skin = [0, 1, 2].map(|f| face(f, BoundaryTag::Skin));
+//! let boundary = [&skin[..], &[face(3, BoundaryTag::ChestWall)]].concat();
+//! let mesh = TetMesh::new(corners.map(Point::from).to_vec(), vec![[0, 1, 2, 3]], boundary)?;
+//!
+//! // The tip moves by 4 mm, a point half way to it by 2.
+//! let mut values = vec![Vector::zeros(); 4];
+//! values[3].x = 4.0;
+//! let displacement = Displacement::new(&mesh, &Edges::new(&mesh), values)?;
+//! let deformation = Deformation::new(Arc::new(mesh), displacement)?;
+//! let moved = carry_points(&deformation, &Params::default(), &[Point::new(2.0, 2.0, 10.0)])?;
+//! assert!(moved[0].is_some_and(|p| (p - Point::new(4.0, 2.0, 10.0)).norm() < 1e-9));
+//! # Ok(())
+//! # }
+//! ```
 
 mod air;
 mod batch;

@@ -18,6 +18,40 @@
 //! - `navigation`, which knows nothing of these: `region`, `messages`, `follow`
 //! - `draw`, nor does this: `planes`, `surface`, `cut`, `contours`, `lines`, `voxels`, `body`
 //! - words and paths: `names`, `error`, `roots`
+//!
+//! ```no_run
+//! use supine_workstation::{Host, Open, open};
+//!
+//! /// Prints where the page is; Ctrl-C ends it.
+//! struct Terminal;
+//!
+//! impl Host for Terminal {
+//!     fn address(&self, address: &str) {
+//!         println!("{address}");
+//!     }
+//!     fn no_browser(&self, why: &str) {
+//!         eprintln!("open the address yourself: {why}");
+//!     }
+//!     fn go_on(&self) -> bool {
+//!         true
+//!     }
+//! }
+//!
+//! # fn main() -> Result<(), supine_workstation::Error> {
+//! let given = Open {
+//!     path: "patient".into(),
+//!     look_through: true,
+//!     port: 0,
+//!     browser: true,
+//!     nodes: vec![],
+//!     threads: 0,
+//!     start: None,
+//!     unsaved: None,
+//! };
+//! open(&given, &Terminal)?;
+//! # Ok(())
+//! # }
+//! ```
 
 #![expect(
     clippy::disallowed_methods,
