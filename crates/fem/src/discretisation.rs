@@ -41,7 +41,7 @@ impl<const N: usize, const Q: usize> Discretisation<N, Q> {
         let sliding = job.params.sliding.map(|area| placed(area, &job.body.mesh));
         let boundary = (job.params.cut, sliding.as_ref());
         let held = support::held_nodes(&job.body.mesh, job.edges, positions.len(), boundary);
-        support::check_support(&job.body.mesh, &held)?;
+        support::check_support(&job.body.mesh, &held, boundary)?;
         let elements = Elements::new(&positions, element_nodes(&job.body.mesh, job.edges))
             .map_err(Error::flat)?;
         let (mesh, nodes) = (&job.body.mesh, &elements.nodes);

@@ -43,8 +43,9 @@ pub enum Error {
     /// Nothing holds the body.
     #[error(
         "nothing holds {tets} of the {of} tetrahedra (among them tetrahedron {tet}): their part of \
-         the mesh has no chest_wall face, or slides on all of them. Check the segmentation of the \
-         chest wall, choose a region that reaches it, or let it slide on a smaller part"
+         the mesh has no chest_wall face, or slides on all of them without friction. Check the \
+         segmentation of the chest wall, choose a region that reaches it, or let it slide on a \
+         smaller part or with friction"
     )]
     NoSupport {
         /// Tetrahedra without support.

@@ -123,6 +123,7 @@ pub use supine_record::{Cut, Law, Membrane, RestState, SlidingArea};
 
 pub use sensitivity::{Between, between, sensitivity};
 pub use sequence::Sequence;
+pub use sliding_wall::slides_everywhere;
 pub use snap::{snapped, snapped_to_cavity};
 pub use tilt::Tilt;
 pub use wall_effect::WallNode;

@@ -250,6 +250,13 @@ pub(crate) fn slides(area: &SlidingArea, corners: [Point; 3]) -> bool {
     corners.iter().all(near)
 }
 
+/// Whether the whole chest wall of a mesh slides: with an area without a middle, below the breast.
+pub fn slides_everywhere(area: &SlidingArea, mesh: &TetMesh) -> bool {
+    let area = placed(*area, mesh);
+    let mut wall = mesh.boundary().iter().filter(|face| face.tag == BoundaryTag::ChestWall);
+    wall.all(|face| slides(&area, face.points.map(|p| mesh.points()[p as usize])))
+}
+
 /// How far a place lies from the middle of an area, mm, if that is known.
 fn distance(area: &SlidingArea, place: &Point) -> Option<f64> {
     area.centre_mm.map(|centre| (place - Point::from(centre)).norm())

@@ -1,6 +1,6 @@
 use super::*;
 use crate::test_mesh::{bent, block};
-use crate::{Body, Info, Load, Params, RestState, Tissue, solve};
+use crate::{Body, Cut, Info, Load, Params, RestState, Tissue, solve};
 use supine_mesh::{Deformation, Order};
 use supine_space::{Progress, TablePose, supine};
 
@@ -88,13 +88,25 @@ fn a_stiff_layer_holds_and_a_soft_one_lets_go() {
 }
 
 #[test]
-fn nothing_holds_tissue_that_slides_everywhere() {
-    let body = Body::new(bowl(), Tissue::default());
-    let load = Load { ct: supine(), target: supine() };
-    let everywhere = SlidingArea { radius_mm: 1000.0, ..area(0.1) };
-    let params = Params { sliding: Some(everywhere), ..Params::default() };
-    let found = solve(&body, &load, &params, Progress::none());
-    assert!(matches!(found, Err(crate::Error::NoSupport { .. })), "{found:?}");
+fn tissue_that_slides_everywhere_is_held_by_friction_or_by_the_cut_and_else_by_nothing() {
+    let body = Body::new(bowl(), Tissue { young_kpa: 2.0, ..Tissue::default() });
+    let target = TablePose { ap_deg: 60.0, lat_deg: 10.0 }.gravity();
+    let load = Load { ct: supine(), target };
+    let with = |stiffness, cut| {
+        let everywhere = SlidingArea { radius_mm: 1000.0, ..area(stiffness) };
+        assert!(slides_everywhere(&everywhere, &body.mesh));
+        let params = Params { sliding: Some(everywhere), cut, ..Params::default() };
+        solve(&body, &load, &params, Progress::none())
+    };
+    let most = |stiffness| {
+        let solved = with(stiffness, Cut::Free).unwrap();
+        solved.0.displacement().max_norm()
+    };
+    // Stiff friction holds as a wall does, and less lets it go further.
+    let ways = [1e3, 0.1, 0.03].map(most);
+    assert!(ways.is_sorted() && ways[2] > 1.5 * ways[0], "{ways:?}");
+    assert!(matches!(with(0.0, Cut::Free), Err(crate::Error::NoSupport { .. })));
+    assert!(!slides_everywhere(&area(0.1), &body.mesh));
 }
 
 #[test]

@@ -41,15 +41,27 @@ pub(crate) fn held_nodes(
     held
 }
 
-/// Checks that every part of the mesh hangs on at least three held points.
+/// Checks that every part of the mesh hangs on at least three points that are held, or that slide
+/// on the chest wall and are brought back by friction there or by springs at the cut.
 ///
 /// # Errors
 /// [`Error::NoSupport`], or [`Error::NothingFree`] when no node is left to move.
-pub(crate) fn check_support(mesh: &TetMesh, held: &[bool]) -> Result<(), Error> {
+pub(crate) fn check_support(
+    mesh: &TetMesh,
+    held: &[bool],
+    (cut, sliding): (Cut, Option<&SlidingArea>),
+) -> Result<(), Error> {
     let part = parts(mesh);
+    let mut hung = held.to_vec();
+    if let Some(sliding) = sliding
+        && (sliding.stiffness_kpa_mm > 0.0 || cut == Cut::Spring)
+    {
+        let wall = mesh.boundary().iter().filter(|face| face.tag == BoundaryTag::ChestWall);
+        wall.flat_map(|face| face.points).for_each(|p| hung[p as usize] = true);
+    }
     let mut holds = vec![0; mesh.points().len()];
     for (point, &root) in part.iter().enumerate() {
-        holds[root] += usize::from(held[point]);
+        holds[root] += usize::from(hung[point]);
     }
     let loose: Vec<usize> =
         (0..mesh.tets().len()).filter(|&t| holds[part[mesh.tets()[t][0] as usize]] < 3).collect();

@@ -49,7 +49,7 @@ pub use quality::{
     DIHEDRAL_CLASS_DEG, Quality, RADIUS_RATIO_CLASS, Spread, TetQuality, quality, spread,
     tet_quality,
 };
-pub use scan::{NormalSource, Scan, ScanError, ScanInfo};
+pub use scan::{NormalSource, Scan, ScanError, ScanInfo, representatives};
 pub use scan_distances::{ScanDistances, SurfaceDistances};
 pub use section::{Below, FaceCut, Faces, below, cut_triangle, det_f};
 pub use split::Split;

@@ -9,7 +9,7 @@ mod orient;
 pub use info::{NormalSource, ScanError, ScanInfo};
 
 use crate::merge::merged;
-use cells::representatives;
+pub use cells::representatives;
 use supine_space::{Point, Pose, Vector};
 
 /// A surface scan: points with unit normals that point out of the body, and triangles where it has

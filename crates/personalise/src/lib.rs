@@ -31,8 +31,8 @@ pub use ellipsoid::Ellipsoid;
 pub use error::Error;
 pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
 pub use fit::{
-    BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, FittedState, Laws, Part, Tissues,
-    TriedLaw, UPRIGHT_DEG, compare, fit, fit_law, laws, moduli, with_additions,
+    BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, FittedState, Laws, Part, RankedLaws,
+    Tissues, TriedLaw, UPRIGHT_DEG, compare, fit, fit_law, moduli, with_additions,
 };
 pub use interval::{LEVEL, OtherState, TumourInterval, tumour_interval};
 pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior};

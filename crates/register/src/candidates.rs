@@ -8,6 +8,8 @@ use supine_space::{Point, Pose, Progress, Stopped, Vector};
 
 /// Distance between points of the scan in the first look, mm, and in the second.
 const COARSE_MM: [f64; 2] = [16.0, 8.0];
+/// Distance between points of the surface in the first look, mm.
+const SURFACE_MM: f64 = 6.0;
 /// Turns about the direction that the scan looks, and how far that direction is tilted, degrees.
 const TURNS: usize = 24;
 const TILT_DEG: f64 = 22.0;
@@ -47,11 +49,12 @@ pub fn candidates(
     let [few, more] = COARSE_MM.map(|mm| scan.thinned(mm));
     let front = Front::of(&posed, shape.weights());
     let starts = front.poses(&few);
-    let rank = |scan: &Scan, pose: &Pose, reach_mm: f64| {
-        loss(scan, pose, &posed, shape.weights(), reach_mm)
+    let rank = |scan: &Scan, pose: &Pose, (surface, reach_mm): (&Posed, f64)| {
+        loss(scan, pose, surface, shape.weights(), reach_mm)
     };
-    let mut ranked: Vec<Ranked> =
-        starts.par_iter().map(|pose| (rank(&few, pose, REACH_MM), *pose)).collect();
+    let sparse = posed.sparser(SURFACE_MM);
+    let first = |pose: &Pose| (rank(&few, pose, (&sparse, REACH_MM)), *pose);
+    let mut ranked: Vec<Ranked> = starts.par_iter().map(first).collect();
     progress.at(0.3)?;
     for (scan, count, reach) in [(&few, REFINED[0], [60.0, 20.0]), (&more, REFINED[1], [20.0, 6.0])]
     {
@@ -74,7 +77,7 @@ pub fn candidates(
                 Progress::none(),
             );
             let pose = aligned.map_or(*pose, |aligned| aligned.pose);
-            (rank(scan, &pose, 10.0), pose)
+            (rank(scan, &pose, (&posed, 10.0)), pose)
         };
         ranked = chosen.par_iter().map(refine).collect();
         progress.at(if count == REFINED[0] { 0.7 } else { 1.0 })?;

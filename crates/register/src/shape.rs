@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use std::sync::Arc;
-use supine_mesh::PointTree;
+use supine_mesh::{PointTree, representatives};
 use supine_space::{Point, Vector};
 
 /// What is known of a parameter before the scan is looked at: normally distributed.
@@ -134,6 +134,16 @@ impl Posed {
             slopes: Arc::new(shape.slopes(values)),
             points,
         }
+    }
+
+    /// The same with fewer points that count, one for each cell of a grid of this spacing (mm): far
+    /// from a surface the nearest of many points is slow to find.
+    pub(crate) fn sparser(&self, spacing_mm: f64) -> Self {
+        let counted: Vec<Point> = self.counting.iter().map(|n| self.points[*n as usize]).collect();
+        let kept = representatives(&counted, spacing_mm);
+        let tree = PointTree::new(&kept.iter().map(|n| counted[*n as usize]).collect::<Vec<_>>());
+        let counting = kept.iter().map(|n| self.counting[*n as usize]).collect();
+        Self { tree: Arc::new(tree), counting: Arc::new(counting), ..self.clone() }
     }
 
     /// The nearest of the points that count, no farther than `within_mm`.

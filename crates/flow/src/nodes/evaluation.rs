@@ -59,7 +59,7 @@ impl Evaluated {
 
 impl Node for Evaluation {
     const ID: NodeId = NodeId::Evaluation;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, Mesh, Solve, Points);

@@ -4,12 +4,12 @@ use super::{Import, Mesh, Moduli as ModuliNode, Region, Segment, Tissues as Tiss
 use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
 use crate::inputs::InputFile;
-use crate::nodes::fit_by_tissue::fit_by_tissue;
+use crate::nodes::fit_by_law::{FitByLaw, fit_by_law};
 use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
 use crate::nodes::moduli::{ByTissue, tissue_map};
 use crate::nodes::segment::Segmented;
-use crate::shared::{PosedScan, TissueMap, landmarks, other_breast, read_scans, skin_distance};
+use crate::shared::{TissueMap, other_breast, read_scans, skin_distance};
 use crate::spec::{Case, StiffnessMap};
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -19,13 +19,10 @@ use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{Body, Params, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
 use supine_personalise::{
-    Carried, Choice, DECIDES, EvaluationQuestion, FitQuestion, Laws, Tissues, TriedLaw,
-    UPRIGHT_DEG, compare, evaluate, fit, fit_law, laws, with_additions, with_law,
+    Choice, DECIDES, FitQuestion, Tissues, UPRIGHT_DEG, compare, fit, with_additions,
 };
 use supine_register::Skin;
-use supine_report::{
-    FittedTissues, Input, LawFit, Moduli, OneModulus, STRUCTURED_MM, StateFit, TissueFit,
-};
+use supine_report::{FittedTissues, Input, Moduli, OneModulus, STRUCTURED_MM, StateFit, TissueFit};
 use supine_segment::UNCERTAIN_MM;
 use supine_space::{Failure, Progress, Side, Warning};
 use supine_tetrahedralise::Refinement;
@@ -68,7 +65,7 @@ pub(crate) struct Scans {
     /// Whether other laws than that of the case are held against the scan.
     laws: bool,
     /// The scan on the table, and how gravity pulls there: held against the laws too.
-    table: Option<(InputFile, Law)>,
+    pub(crate) table: Option<(InputFile, Law)>,
 }
 
 /// The tissue that was fitted; none when the case names no scans.
@@ -138,7 +135,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 9;
+    const METHOD: u32 = 10;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
@@ -208,27 +205,14 @@ impl Node for Fit {
                 likely,
             }),
         };
-        let (best_fit, laws) = match scans.laws {
+        let FitByLaw { fit: best_fit, laws, by_tissue } = match scans.laws {
             true => {
-                let tried = laws(&question, work.progress.part(0.4, 0.57)).map_err(Error::Fit)?;
-                fitted(&question, on_table(scans, &question, tried, work)?.tried, work)?
+                fit_by_law(&question, (scans, (&*input, &*segmented, &*region, &*meshed)), work)?
             }
             false => {
-                let best_fit = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
-                (best_fit, vec![])
+                let fit = fit(&question, work.progress.part(0.4, 0.98)).map_err(Error::Fit)?;
+                FitByLaw { fit, laws: vec![], by_tissue: None }
             }
-        };
-        let from = (&*input, &*segmented, &*region, &*meshed);
-        let by_scan = match scans.laws {
-            true => fit_by_tissue((&question, &best_fit), &inputs.law, from, work)?,
-            false => None,
-        };
-        let (best_fit, laws, by_tissue) = match by_scan {
-            Some(better) => {
-                let laws = better.before(laws);
-                (better.fit, laws, Some(better.by))
-            }
-            None => (best_fit, laws, None),
         };
         let mut tissue = TissueFit { laws, ..told(&best_fit, read.supine) };
         tissue.one_modulus = one_modulus(&question, &best_fit, work.progress.part(0.98, 1.0))?;
@@ -259,83 +243,6 @@ impl Node for Fit {
         }
         Ok(fitted)
     }
-}
-
-/// The laws held against the scan on the table too, where there is one.
-fn on_table(
-    scans: &Scans,
-    question: &FitQuestion<'_>,
-    laws: Laws,
-    work: &Work<'_>,
-) -> Result<Laws, Error> {
-    let Some((file, law)) = &scans.table else { return Ok(laws) };
-    let (plain, load, params) = (question.coarse, law.load(), question.params);
-    let solved = laws.tried.iter().map(|tried| {
-        let part = work.progress.part(0.57, 0.58);
-        with_law(&tried.fit, plain, (&load, params), part).map_err(Error::Fit)
-    });
-    let solved = solved.collect::<Result<Vec<_>, Error>>()?;
-    let moved: Vec<_> =
-        solved.iter().flatten().map(|found| ("law", found.displacement())).collect();
-    let marks = landmarks(scans.landmarks.as_ref())?;
-    let read = PosedScan::read(file, ("intraop", scans.unit), &marks, work)?;
-    let asked = EvaluationQuestion {
-        carried: &Carried::new(question.skin, &plain.mesh, question.other),
-        models: &moved,
-        scan: &read.scan,
-        pose: read.pose,
-        centre: question.centre,
-        tumour: question.centre,
-    };
-    let evaluation = evaluate(&asked, work.progress.part(0.58, 0.6)).map_err(Error::Evaluation)?;
-    // The first is the CT's own skin.
-    let mut off_mm = evaluation.spreads().skip(1).map(|(_, [_, breast])| breast.rms_mm);
-    let of_laws: Vec<_> =
-        solved.iter().map(|one| one.as_ref().and_then(|_| off_mm.next())).collect();
-    Ok(laws.with_table(&of_laws))
-}
-
-/// The fit with the law that the scan speaks for, the first of those that are possible which has a
-/// solution on this mesh, and all that were tried, that one first.
-fn fitted(
-    question: &FitQuestion<'_>,
-    mut tried: Vec<TriedLaw>,
-    work: &Work<'_>,
-) -> Result<(supine_personalise::Fit, Vec<LawFit>), Error> {
-    let progress = work.progress.part(0.6, 0.8);
-    let told = |tried: Vec<TriedLaw>| tried.into_iter().map(|law| law.fit).collect();
-    let possible = |(n, law): &(usize, &TriedLaw)| *n == 0 || law.fit.against < DECIDES;
-    let order = tried.iter().enumerate().filter(possible).map(|(n, _)| n);
-    let plain = |law: &&TriedLaw| law.fit.additions.is_empty();
-    let order: Vec<usize> = order.take_while(|n| !plain(&&tried[*n])).collect();
-    for n in order {
-        match fit_law(question, &[&tried[n]], progress) {
-            Ok(found) => {
-                tried[..=n].rotate_right(1);
-                return Ok((found, told(tried)));
-            }
-            Err(error) if error.kind() == Failure::Stopped => return Err(Error::Fit(error)),
-            Err(error) => {
-                let text = format!(
-                    "the scan of the sitting patient speaks for tissue that is not plain ({}), which could not be fitted on this mesh: \
-                     {error}",
-                    tried[n].fit.words()
-                );
-                work.warn(Warning::new("law-not-fitted", text));
-            }
-        }
-    }
-    let states: Vec<&TriedLaw> = tried.iter().filter(plain).collect();
-    let best_fit = match states.len() == question.states.len() {
-        true => fit_law(question, &states, progress),
-        // One of the rest states that are asked has none: that is said.
-        false => fit(question, progress),
-    };
-    let best_fit = best_fit.map_err(Error::Fit)?;
-    if let Some(n) = tried.iter().position(|law| plain(&law)) {
-        tried[..=n].rotate_right(1);
-    }
-    Ok((best_fit, told(tried)))
 }
 
 /// One modulus for all tissues where the case has one for each: whether the scan speaks for it.

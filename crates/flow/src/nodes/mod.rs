@@ -5,7 +5,7 @@ mod evaluation;
 mod export;
 mod fields;
 mod fit;
-mod fit_by_tissue;
+mod fit_by_law;
 mod import;
 mod interval;
 mod labels_object;

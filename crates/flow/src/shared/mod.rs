@@ -36,7 +36,7 @@ pub use mesher::{Fill, Filled, Mesher, Solid, mesh_region};
 pub(crate) use moduli::{Map as TissueMap, moduli, shares};
 pub(crate) use own_regions::{OwnRegions, write_own_regions};
 pub(crate) use patient::{compare_patient, names_a_patient, of_the_patient};
-pub(crate) use readings::{contours_placed, would_lie_in};
+pub(crate) use readings::{bounds, contours_placed, would_lie_in};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
 pub use registration::{REGISTRATIONS, RegisteredSeries, write_registration};

@@ -31,11 +31,15 @@ pub(crate) fn other_reading(mut fits: impl FnMut(Reading) -> bool) -> Option<&'s
     READINGS.iter().find(|(_, read)| fits(*read)).map(|(words, _)| *words)
 }
 
+/// The corners of the box around points, lowest and highest, if there are any.
+pub(crate) fn bounds<'a>(mut points: impl Iterator<Item = &'a Point>) -> Option<[Point; 2]> {
+    let first = *points.next()?;
+    Some(points.fold([first; 2], |[low, high], p| [low.inf(p), high.sup(p)]))
+}
+
 /// The reading by which all of some points would lie in the box around a mesh.
 pub(crate) fn would_lie_in(points: &[Point], mesh: &TetMesh) -> Option<&'static str> {
-    let first = *mesh.points().first()?;
-    let [low, high] =
-        mesh.points().iter().fold([first; 2], |[low, high], p| [low.inf(p), high.sup(p)]);
+    let [low, high] = bounds(mesh.points().iter())?;
     let within = |p: Point| (0..3).all(|a| low[a] <= p[a] && p[a] <= high[a]);
     let all = |read: Reading| points.iter().all(|p| within(read(*p)));
     if points.is_empty() { None } else { other_reading(all) }
@@ -47,10 +51,11 @@ pub(crate) fn would_lie_in(points: &[Point], mesh: &TetMesh) -> Option<&'static 
 /// When all of them together are as small as a patient in metres is in mm.
 pub(crate) fn contours_placed(given: &[NamedContours], grid: &Grid) -> Result<Vec<Warning>, Error> {
     let corners = || given.iter().flat_map(|s| s.contours.iter().flatten());
-    let Some(first) = corners().next() else { return Ok(vec![]) };
-    let [low, high] = corners().fold([*first; 2], |[low, high], p| [low.inf(p), high.sup(p)]);
+    let Some([low, high]) = bounds(corners()) else { return Ok(vec![]) };
     let size = (high - low).norm();
-    if size < LEAST_MM {
+    let lie_there = |read: Reading| corners().all(|p| grid.voxel_at(&read(*p)).is_some());
+    // A single clip is as small, and lies in the CT as it is.
+    if size < LEAST_MM && (!lie_there(|p| p) || lie_there(|p| p * 1000.0)) {
         let message = format!(
             "the contours measure {size:.2} mm in all, from corner to corner: they are in metres, or of nothing; positions are in mm"
         );
@@ -67,8 +72,7 @@ pub(crate) fn contours_placed(given: &[NamedContours], grid: &Grid) -> Result<Ve
         doubts.push(Warning::new("contours-in-cm", text));
     }
     if corners().all(|p| grid.voxel_at(p).is_none()) {
-        let within = |read: Reading| corners().all(|p| grid.voxel_at(&read(*p)).is_some());
-        let hint = other_reading(within)
+        let hint = other_reading(lie_there)
             .map_or("is it of this patient, in mm, and are its axes right?".into(), |reading| {
                 format!("the set would lie there if it is {reading}")
             });
@@ -120,6 +124,14 @@ mod tests {
         let codes: Vec<&str> = told.iter().map(Warning::code).collect();
         assert_eq!(codes, ["contours-in-cm", "contours-beside"]);
         assert!(told[1].to_string().contains("in centimetres: multiply it by 10"), "{told:?}");
+    }
+
+    #[test]
+    fn the_contour_of_a_clip_is_as_small_as_a_patient_in_metres_and_is_taken() {
+        let corner = |x: f64, y: f64| Point::new(60.0 + x, -100.0 + y, 930.0);
+        let contours = vec![vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0)]];
+        let clip = NamedContours { name: "clip".into(), contours, rule: Rule::Joined };
+        assert_eq!(contours_placed(&[clip], &grid()).unwrap(), vec![]);
     }
 
     #[test]

@@ -49,9 +49,9 @@ fn middle(points: &[Point]) -> Point {
     [0, 1, 2].map(median).into()
 }
 
-/// For each cell of a grid of this spacing the point nearest to the mean of those in it, by
+/// For each cell of a grid of this spacing (mm) the point nearest to the mean of those in it, by
 /// ascending index.
-pub(super) fn representatives(points: &[Point], spacing_mm: f64) -> Vec<u32> {
+pub fn representatives(points: &[Point], spacing_mm: f64) -> Vec<u32> {
     let cells = cells(points, spacing_mm);
     let shares: Vec<&[(u64, u32)]> = cells.chunk_by(|a, b| a.0 == b.0).collect();
     let of_cell = |same: &&[(u64, u32)]| {

@@ -150,8 +150,12 @@ impl<'a> Family<'a> {
 impl Family<'_> {
     /// E times the change of u with the turn at each carried point, linear in x between two moduli.
     fn turn(&self, x: f64) -> Vec<Vector> {
-        let after = self.nodes.partition_point(|node| node.x > x).clamp(1, self.nodes.len() - 1);
-        let [a, b] = [&self.nodes[after - 1], &self.nodes[after]];
+        let after = self.nodes.partition_point(|node| node.x > x);
+        let last = self.nodes.len() - 1;
+        let [a, b] = [after.saturating_sub(1).min(last), after.min(last)].map(|n| &self.nodes[n]);
+        if a.x == b.x {
+            return a.turn.clone();
+        }
         let t = ((x - a.x) / (b.x - a.x)).clamp(0.0, 1.0);
         a.turn.iter().zip(&b.turn).map(|(a, b)| a * (1.0 - t) + b * t).collect()
     }

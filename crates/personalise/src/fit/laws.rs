@@ -2,25 +2,30 @@
 //!
 //! Laws are fitted on the coarse mesh, each with its own modulus, lean and pose, and compared by
 //! the breast's residuals as the rest states are (`evidence`). First plain tissue, then one of each
-//! kind with a parameter in the middle of what is likely, then their neighbours where the scan does
-//! not speak against the kind, then the parameter between those of the best, then pairs with the
-//! best where it describes the breast badly. With their evidence and what is taken for likely
-//! before, each has a probability.
+//! kind with a parameter in the middle of what is likely, and gland and skin with moduli of their
+//! own where no kind comes near the breast; then the neighbours of kinds that the scan does not
+//! speak against, and the parameter between those of the best; then pairs with the best where that
+//! describes the breast badly. With their evidence and what is taken for likely before, each has a
+//! probability.
 
 use super::evidence::{DECIDES, breast, independent};
-use super::refined::{misfit_mm, on_coarse};
+use super::refined::{misfit_mm, on_coarse, refined};
 use super::search::{Found, STIFFEST_KPA, search};
-use super::{Carried, FitQuestion, limits};
+use super::tissues::Tissues;
+use super::{Carried, FitQuestion, FittedState, limits};
 use crate::Error;
 use rayon::prelude::*;
 use std::mem::discriminant;
-use supine_fem::{Body, Law, Membrane, Params, RestState, SlidingArea, Tissue};
-use supine_record::{Addition, LawFit};
+use supine_fem::{Body, Law, Membrane, Params, RestState, SlidingArea, Tissue, slides_everywhere};
+use supine_record::{Addition, FittedTissues, LawFit};
 use supine_space::{Beside, Failure, Pose, Progress};
 
 /// Residuals of the breast above which pairs are tried, mm rms: what noise and surfaces leave on
 /// synthetic patients is 0.4.
 const ROUGH_MM: f64 = 0.5;
+/// Above which moduli by tissue are tried: a kind with another parameter than its best leaves less
+/// on a breast that is of this kind.
+const FAR_MM: f64 = 0.7;
 /// Stiffening of the exponential law: that of fat outside the body is 1.5 and more, in place nobody
 /// measured it.
 const STIFFENING: [f64; 3] = [1.5, 0.7, 3.0];
@@ -83,7 +88,7 @@ pub fn with_additions(
 }
 
 /// A law in one rest state.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Trial {
     additions: Vec<Addition>,
     rest: RestState,
@@ -92,30 +97,36 @@ struct Trial {
 }
 
 /// How a trial fits.
+#[derive(Debug)]
 struct Tried {
     trial: Trial,
     misfit_mm: f64,
     found: Found,
+    tissues: Option<FittedTissues>,
 }
 
 impl Tried {
     fn kpa(&self) -> f64 {
         self.found.aligned.values[0].exp()
     }
+
+    fn by_tissue(&self) -> bool {
+        self.trial.additions == [Addition::Tissues]
+    }
 }
 
 /// The laws that were tried with their probabilities, the one to be taken first, the others by how
-/// well they fit. To be taken is that with the fewest additions among those that the scans do not
-/// speak against.
+/// well they fit. To be taken is that with the fewest parameters among those that the scans do not
+/// speak against. Moduli by tissue are among them only where they are to be taken.
 #[derive(Clone, Debug)]
-pub struct Laws {
+pub struct RankedLaws {
     /// Never empty.
     pub tried: Vec<TriedLaw>,
     /// Residuals of the breast that tell on their own.
     counted: f64,
 }
 
-impl Laws {
+impl RankedLaws {
     /// Adds what the scan on the table says: of each law the distance of its skin from that, mm
     /// rms. A law without a shape on the table is none.
     #[must_use]
@@ -131,29 +142,38 @@ impl Laws {
             law.fit.probability *= (-off).exp();
             law
         };
-        let mut both: Vec<TriedLaw> = seen.map(weighed).collect();
+        let both: Vec<TriedLaw> = seen.map(weighed).collect();
         if both.is_empty() {
             return Self { tried, counted };
-        }
-        let against = both.iter().map(|law| law.fit.against).fold(f64::INFINITY, f64::min);
-        let whole: f64 = both.iter().map(|law| law.fit.probability).sum();
-        for law in &mut both {
-            law.fit.against -= against;
-            law.fit.probability /= whole.max(f64::MIN_POSITIVE);
         }
         Self { tried: in_order(both), counted }
     }
 }
 
 /// The best first, and before it the simplest of those that are not spoken against: one parameter
-/// more is believed only where the scans speak for it.
+/// more is believed only where the scans speak for it. Moduli by tissue that are not the first are
+/// left out: other laws are held beside the first on one body, which has one modulus then.
 fn in_order(mut laws: Vec<TriedLaw>) -> Vec<TriedLaw> {
+    let best = laws.iter().map(|law| law.fit.against).fold(f64::INFINITY, f64::min);
+    let whole: f64 = laws.iter().map(|law| law.fit.probability).sum();
+    for law in &mut laws {
+        law.fit.against -= best;
+        law.fit.probability /= whole.max(f64::MIN_POSITIVE);
+    }
     laws.sort_by(|a, b| a.fit.against.total_cmp(&b.fit.against));
     let possible = laws.iter().enumerate().filter(|(_, law)| law.fit.against < DECIDES);
-    if let Some((n, _)) = possible.min_by_key(|(_, law)| law.fit.additions.len()) {
+    if let Some((n, _)) = possible.min_by_key(|(_, law)| parameters(&law.fit.additions)) {
         laws[..=n].rotate_right(1);
     }
-    laws
+    let by_tissue = |law: &TriedLaw| law.fit.additions == [Addition::Tissues];
+    let Some(n) = laws.iter().skip(1).position(by_tissue) else { return laws };
+    laws.remove(n + 1);
+    in_order(laws)
+}
+
+/// Parameters beside the modulus that additions have.
+fn parameters(additions: &[Addition]) -> usize {
+    additions.iter().map(|addition| if *addition == Addition::Tissues { 2 } else { 1 }).sum()
 }
 
 /// A law that was tried.
@@ -161,41 +181,56 @@ fn in_order(mut laws: Vec<TriedLaw>) -> Vec<TriedLaw> {
 pub struct TriedLaw {
     /// How it fits on the coarse mesh.
     pub fit: LawFit,
+    /// The moduli of the tissues in proportion to each other, where these are of the law.
+    pub tissues: Option<FittedTissues>,
     /// What [`super::fit_law`] goes on from.
     pub(super) found: Found,
 }
 
-/// Holds laws against the scan.
-///
-/// # Errors
-/// When plain tissue fits in no rest state, as [`super::fit`], and when the user stops.
-pub fn laws(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Laws, Error> {
-    let carried = Carried::new(question.skin, &question.coarse.mesh, question.other);
-    let mut search = Search::plain(question, &carried, progress.part(0.0, 0.2))?;
-    search.one_of_each_kind(progress.part(0.2, 0.5))?;
-    search.neighbours(progress.part(0.5, 0.75))?;
-    search.between(progress.part(0.75, 0.8))?;
-    search.pairs(progress.part(0.8, 1.0))?;
-    Ok(Laws { tried: search.told(), counted: search.counted })
-}
-
-/// What was tried.
-struct Search<'a> {
+/// Laws that are held against a scan.
+#[derive(Debug)]
+pub struct Laws<'a> {
     question: &'a FitQuestion<'a>,
-    carried: &'a Carried,
+    carried: Carried,
     /// Residuals of the breast that tell on their own.
     counted: f64,
     /// Never empty.
     tried: Vec<Tried>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> Laws<'a> {
+    /// Holds plain tissue and one of each kind of addition against the scan.
+    ///
+    /// # Errors
+    /// When plain tissue fits in no rest state, as [`super::fit`], and when the user stops.
+    pub fn new(question: &'a FitQuestion<'a>, progress: Progress<'_>) -> Result<Self, Error> {
+        let mut laws = Self::plain(question, progress.part(0.0, 0.3))?;
+        laws.one_of_each_kind(progress.part(0.3, 1.0))?;
+        Ok(laws)
+    }
+
+    /// Whether none comes near the breast, so that moduli by tissue are worth their labels.
+    pub fn are_far_off(&self) -> bool {
+        self.best().misfit_mm > FAR_MM
+    }
+
+    /// Looks about the laws that the scan does not speak against: other parameters, and pairs where
+    /// the best leaves more on the breast than noise and surfaces do.
+    ///
+    /// # Errors
+    /// When the user stops.
+    pub fn look_about(&mut self, progress: Progress<'_>) -> Result<(), Error> {
+        self.neighbours(progress.part(0.0, 0.4))?;
+        self.between(progress.part(0.4, 0.5))?;
+        if self.best().misfit_mm > ROUGH_MM {
+            self.pairs(progress.part(0.5, 1.0))?;
+        }
+        Ok(())
+    }
+
     /// Plain tissue in each rest state.
-    fn plain(
-        question: &'a FitQuestion<'a>,
-        carried: &'a Carried,
-        progress: Progress<'_>,
-    ) -> Result<Self, Error> {
+    fn plain(question: &'a FitQuestion<'a>, progress: Progress<'_>) -> Result<Self, Error> {
+        let carried = Carried::new(question.skin, &question.coarse.mesh, question.other);
         let plain = |rest: &RestState| Trial { additions: vec![], rest: *rest, likely: PLAIN };
         let trials = question.states.iter().map(plain).collect();
         let mut search = Self { question, carried, counted: 0.0, tried: vec![] };
@@ -205,13 +240,24 @@ impl<'a> Search<'a> {
             (true, Some(error)) => return Err(error),
             _ => search.tried = fit.into_iter().flatten().collect(),
         }
-        search.counted = independent(&breast(&search.best().found.aligned, carried));
+        search.counted = independent(&breast(&search.best().found.aligned, &search.carried));
         Ok(search)
+    }
+
+    /// The kinds of additions. A wall of this mesh that slides everywhere is none: nothing tells
+    /// where the breast is then, and the search takes minutes.
+    fn kinds(&self) -> Vec<Vec<Addition>> {
+        let mesh = &self.question.coarse.mesh;
+        let everywhere = |addition: &Addition| match addition {
+            Addition::Sliding(area) => slides_everywhere(area, mesh),
+            _ => false,
+        };
+        kinds().into_iter().filter(|kind| !kind.iter().any(everywhere)).collect()
     }
 
     /// One of each kind of addition, in the rest states that the scan does not speak against.
     fn one_of_each_kind(&mut self, progress: Progress<'_>) -> Result<(), Error> {
-        let kinds = kinds();
+        let kinds = self.kinds();
         let states: Vec<RestState> = self.near().map(|tried| tried.trial.rest).collect();
         let mut trials = Vec::new();
         for kind in &kinds {
@@ -225,7 +271,7 @@ impl<'a> Search<'a> {
     /// Other parameters of those that the scan does not speak against.
     fn neighbours(&mut self, progress: Progress<'_>) -> Result<(), Error> {
         let mut trials = Vec::new();
-        for kind in kinds() {
+        for kind in self.kinds() {
             let own = self.near().filter(|tried| tried.trial.additions == [kind[0]]);
             for Tried { trial, .. } in own {
                 let of = |other: &Addition| Trial { additions: vec![*other], ..trial.clone() };
@@ -260,16 +306,37 @@ impl<'a> Search<'a> {
         self.add(vec![trial], progress)
     }
 
-    /// A second addition beside the best, where that alone describes the breast badly.
+    /// Gland and skin with moduli of their own, in the rest states that the scan does not speak
+    /// against; of these tissues only their shares of the coarse mesh are looked at.
+    ///
+    /// # Errors
+    /// When the user stops.
+    pub fn by_tissue(&mut self, tissues: Tissues<'_>, progress: Progress<'_>) -> Result<(), Error> {
+        let tissues = Tissues { shares: tissues.coarse, ..tissues };
+        let near = |rest: &&RestState| self.near().any(|tried| tried.trial.rest == **rest);
+        let likely = (1.0 - PLAIN) / kinds().len() as f64;
+        let of =
+            |rest: &RestState| Trial { additions: vec![Addition::Tissues], rest: *rest, likely };
+        let trials: Vec<Trial> = self.question.states.iter().filter(near).map(of).collect();
+        let beside = Beside::new(progress, trials.len());
+        let one = |(n, trial): (usize, Trial)| {
+            let watch = beside.one(n);
+            self.one_by_tissue(trial, tissues, Progress::new(&watch))
+        };
+        let found = trials.into_par_iter().enumerate().map(one).collect();
+        self.keep(found)
+    }
+
+    /// A second addition beside the best of those that have one alone.
     fn pairs(&mut self, progress: Progress<'_>) -> Result<(), Error> {
-        let best = self.best();
-        let [first] = best.trial.additions.as_slice() else { return Ok(()) };
-        if best.misfit_mm <= ROUGH_MM {
+        let single = self.tried.iter().filter(|tried| !tried.by_tissue());
+        let Some(best) = single.min_by(|a, b| a.misfit_mm.total_cmp(&b.misfit_mm)) else {
             return Ok(());
-        }
+        };
+        let [first] = best.trial.additions.as_slice() else { return Ok(()) };
         let likely = 0.5 * best.trial.likely;
         let same = |other: &Addition| discriminant(other) == discriminant(first);
-        let others = kinds().into_iter().filter(|kind| !same(&kind[0]));
+        let others = self.kinds().into_iter().filter(|kind| !same(&kind[0]));
         let of = |kind: Vec<Addition>| Trial {
             additions: vec![*first, kind[0]],
             likely,
@@ -280,9 +347,8 @@ impl<'a> Search<'a> {
     }
 
     /// With probabilities, the one to be taken first.
-    fn told(&self) -> Vec<TriedLaw> {
+    pub fn ranked(&self) -> RankedLaws {
         let weight = |tried: &Tried| tried.trial.likely * (-0.5 * self.against(tried)).exp();
-        let whole: f64 = self.tried.iter().map(weight).sum();
         let of = |tried: &Tried| TriedLaw {
             fit: LawFit {
                 additions: tried.trial.additions.clone(),
@@ -291,11 +357,13 @@ impl<'a> Search<'a> {
                 misfit_mm: tried.misfit_mm,
                 table_mm: None,
                 against: self.against(tried),
-                probability: weight(tried) / whole,
+                probability: weight(tried),
             },
+            tissues: tried.tissues.clone(),
             found: tried.found.clone(),
         };
-        in_order(self.tried.iter().map(of).collect())
+        let tried = in_order(self.tried.iter().map(of).collect());
+        RankedLaws { tried, counted: self.counted }
     }
 
     /// The one that fits best.
@@ -315,10 +383,15 @@ impl<'a> Search<'a> {
         self.tried.iter().filter(|tried| self.against(tried) < DECIDES)
     }
 
-    /// Tries more, of which those count that have a solution.
+    /// Tries more.
     fn add(&mut self, trials: Vec<Trial>, progress: Progress<'_>) -> Result<(), Error> {
         let pose = [self.best().found.aligned.pose];
-        for found in self.each(trials, &pose, progress) {
+        self.keep(self.each(trials, &pose, progress))
+    }
+
+    /// Keeps those that have a solution.
+    fn keep(&mut self, found: Vec<Result<Tried, Error>>) -> Result<(), Error> {
+        for found in found {
             match found {
                 Ok(tried) => self.tried.push(tried),
                 Err(error) if error.kind() == Failure::Stopped => return Err(error),
@@ -346,23 +419,66 @@ impl<'a> Search<'a> {
     fn one(&self, trial: Trial, poses: &[Pose], progress: Progress<'_>) -> Result<Tried, Error> {
         let law = Lawful::new(self.question, &trial.additions);
         let question = &FitQuestion { body: &law.coarse, poses, ..law.question(self.question) };
-        let plain = self.tried.iter().find(|tried| tried.trial.rest == trial.rest);
-        let from_kpa = plain.map_or(STIFFEST_KPA, |plain| STIFFER * plain.kpa());
+        let from_kpa = self.stiffest_kpa(trial.rest);
         let mut best =
-            search(question, self.carried, trial.rest, from_kpa, progress.part(0.0, 0.6))?;
+            search(question, &self.carried, trial.rest, from_kpa, progress.part(0.0, 0.6))?;
         // Where the lean has no solution, the breast is compared as upright as the path has it.
         let (aligned, rest) = (&best.aligned, trial.rest);
-        match on_coarse(question, self.carried, rest, aligned, progress.part(0.6, 1.0)) {
+        match on_coarse(question, &self.carried, rest, aligned, progress.part(0.6, 1.0)) {
             Err(error) if error.kind() != Failure::Stopped => {}
             settled => best.aligned = settled?,
         }
-        let misfit_mm = misfit_mm(&best.aligned, self.carried);
-        let lean_deg = best.aligned.values.get(1).copied().unwrap_or(0.0);
-        if lean_deg.abs() > limits::LEANS_DEG {
-            return Err(Error::Posture { lean_deg, misfit_mm });
-        }
-        Ok(Tried { trial, misfit_mm, found: best })
+        let misfit_mm = misfit_mm(&best.aligned, &self.carried);
+        tried(trial, misfit_mm, best, None)
     }
+
+    fn one_by_tissue(
+        &self,
+        trial: Trial,
+        tissues: Tissues<'_>,
+        progress: Progress<'_>,
+    ) -> Result<Tried, Error> {
+        let body = tissues.body(self.question.coarse, tissues.start());
+        let poses = [self.best().found.aligned.pose];
+        let question = &FitQuestion {
+            body: &body,
+            coarse: &body,
+            poses: &poses,
+            tissues: Some(tissues),
+            ..*self.question
+        };
+        let (rest, from_kpa) = (trial.rest, self.stiffest_kpa(trial.rest));
+        let found = search(question, &self.carried, rest, from_kpa, progress.part(0.0, 0.3))?;
+        let (path, levels) = (found.clone(), [&self.carried; 2]);
+        let state = refined(question, levels, rest, path, progress.part(0.3, 1.0))?;
+        let FittedState { fit, aligned, .. } = state;
+        match fit.tissues {
+            Some(FittedTissues { gland, skin, .. }) if !state.settled => {
+                Err(Error::Unsettled { rest, gland, skin })
+            }
+            tissues => tried(trial, fit.misfit_mm, Found { aligned, ..found }, tissues),
+        }
+    }
+
+    /// Where the path of a law begins, kPa.
+    fn stiffest_kpa(&self, rest: RestState) -> f64 {
+        let plain = self.tried.iter().find(|tried| tried.trial.rest == rest);
+        plain.map_or(STIFFEST_KPA, |plain| STIFFER * plain.kpa())
+    }
+}
+
+/// What was tried, unless the patient would have to lie.
+fn tried(
+    trial: Trial,
+    misfit_mm: f64,
+    found: Found,
+    tissues: Option<FittedTissues>,
+) -> Result<Tried, Error> {
+    let lean_deg = found.aligned.values.get(1).copied().unwrap_or(0.0);
+    if lean_deg.abs() > limits::LEANS_DEG {
+        return Err(Error::Posture { lean_deg, misfit_mm });
+    }
+    Ok(Tried { trial, misfit_mm, found, tissues })
 }
 
 /// What is asked, of tissue with additions.

@@ -25,7 +25,7 @@ pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
 pub use family::UPRIGHT_DEG;
 use laws::Lawful;
-pub use laws::{Laws, TriedLaw, laws, with_additions};
+pub use laws::{Laws, RankedLaws, TriedLaw, with_additions};
 use limits::LEANS_DEG;
 pub(crate) use limits::REACH_MM;
 use search::{Found, STIFFEST_KPA};
@@ -52,7 +52,7 @@ pub struct FitQuestion<'a> {
     pub coarse: &'a Body,
     /// Gravity in the CT and in the scan.
     pub load: &'a Load,
-    /// How it is solved; the rest state does not count.
+    /// How it is solved; rest state and tolerance do not count.
     pub params: &'a Params,
     /// Rest states to be fitted.
     pub states: &'a [RestState],
@@ -145,7 +145,7 @@ pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Er
 }
 
 /// The same with a law that was tried, from where that stands on the coarse mesh: one in several
-/// rest states.
+/// rest states. Where it has moduli by tissue, the body has these.
 ///
 /// # Errors
 /// As [`fit`].
@@ -159,7 +159,11 @@ pub fn fit_law(
     let law = Lawful::new(question, tried.first().map_or(&[], |law| &law.fit.additions));
     let question = FitQuestion { states: &states, ..law.question(question) };
     let coarse_fits = tried.iter().map(|law| law.found.clone()).collect();
-    finished(&question, &coarse, coarse_fits, progress)
+    let mut fitted = finished(&question, &coarse, coarse_fits, progress)?;
+    for (state, law) in fitted.states.iter_mut().zip(tried) {
+        state.fit.tissues.clone_from(&law.tissues);
+    }
+    Ok(fitted)
 }
 
 /// The fit on the mesh that is asked, from what was found on the coarse one in each rest state.

@@ -4,22 +4,26 @@ use super::carried::{Carried, Part};
 use super::evidence::breast;
 use super::family::Family;
 use super::limits::{PRIOR_MM2, REACH_MM};
-use super::search::{Found, solve};
+use super::search::{Found, Solved};
 use super::structure::{farthest, structured_mm};
 use super::tissues::{self, Tissues, settled};
 use super::{FitQuestion, FittedState, bootstrap};
 use crate::Error;
 use nalgebra::DMatrix;
-use supine_fem::{Body, Params, RestState, Sequence};
+use rayon::prelude::*;
+use std::sync::Arc;
+use supine_fem::{Body, RestState, Sequence};
 use supine_mesh::PointTree;
 use supine_record::{DeviationParts, StateFit, interval_95};
 use supine_register::{Aligned, Shape, Start, align};
-use supine_space::{Point, Progress};
+use supine_space::{Beside, Point, Progress};
 
-/// The two moduli that are solved lie this far on each side of the path's best, as a share.
-const ASIDE: f64 = 0.06;
-/// Farther outside of both the skin is not told by them.
-const BEYOND: f64 = 0.06;
+/// The two moduli that are solved on each side of the path's best, as shares of it.
+const ASIDE: [f64; 2] = [1.06, 0.94];
+/// The one that is solved where laws are only compared: its slope tells the others.
+const MIDDLE: [f64; 1] = [1.0];
+/// Farther outside of them, divided by how many are solved, the skin is not told by them.
+const BEYOND: f64 = 0.12;
 /// Attempts before it is given up.
 const ATTEMPTS: usize = 4;
 const ATTEMPTS_BY_TISSUE: usize = 10;
@@ -44,17 +48,23 @@ pub(super) fn refined(
     progress: Progress<'_>,
 ) -> Result<FittedState, Error> {
     let Found { aligned, path, ended, other_pose } = found;
-    let level = |body, carried, tissues| Level { question, body, carried, tissues, rest };
+    let level =
+        |body, carried, tissues| Level { question, sides: &ASIDE, body, carried, tissues, rest };
     let (mut start, mut from) = (Settled { aligned, about: None, still: true }, 0.0);
     if let Some(tissues) = question.tissues {
+        start.about = Some(tissues.start());
+    }
+    let finer = !Arc::ptr_eq(&question.body.mesh, &question.coarse.mesh);
+    if let Some(tissues) = question.tissues.filter(|_| finer) {
         from = 0.4;
         let tissues = Tissues { shares: tissues.coarse, ..tissues };
-        start.about = Some(tissues.start());
         let level = level(question.coarse, coarse, Some(tissues));
         start = level.settle(start, ATTEMPTS_BY_TISSUE, progress.part(0.0, from))?.0;
     }
     let level = level(question.body, fine, question.tissues);
-    let (settled, family) = level.settle(start, ATTEMPTS, progress.part(from, 0.8))?;
+    let attempts =
+        if from > 0.0 || question.tissues.is_none() { ATTEMPTS } else { ATTEMPTS_BY_TISSUE };
+    let (settled, family) = level.settle(start, attempts, progress.part(from, 0.8))?;
     let Settled { aligned, still, .. } = settled;
     let draws = bootstrap::deviations(question, &family, &aligned, progress.part(0.8, 1.0))?;
     let (pulls, misfit_mm) = (Pulls::new(&aligned, &family), misfit_mm(&aligned, fine));
@@ -92,7 +102,7 @@ pub(super) fn refined(
     Ok(FittedState { seen: seen(&aligned, fine, &skin), fit, settled: still, aligned, skin })
 }
 
-/// Corrects what the path found on the coarse mesh alone.
+/// Corrects what the path found on the coarse mesh alone, to be compared.
 pub(super) fn on_coarse(
     question: &FitQuestion<'_>,
     carried: &Carried,
@@ -100,7 +110,8 @@ pub(super) fn on_coarse(
     aligned: &Aligned,
     progress: Progress<'_>,
 ) -> Result<Aligned, Error> {
-    let level = Level { question, body: question.coarse, carried, tissues: None, rest };
+    let (sides, body) = (&MIDDLE, question.coarse);
+    let level = Level { question, sides, body, carried, tissues: None, rest };
     let start = Settled { aligned: aligned.clone(), about: None, still: true };
     Ok(level.settle(start, ATTEMPTS, progress)?.0.aligned)
 }
@@ -117,6 +128,8 @@ struct Settled {
 /// A mesh on which is solved.
 struct Level<'a> {
     question: &'a FitQuestion<'a>,
+    /// The moduli that are solved, as shares of the one that is looked for.
+    sides: &'static [f64],
     body: &'a Body,
     carried: &'a Carried,
     tissues: Option<Tissues<'a>>,
@@ -133,7 +146,7 @@ impl<'a> Level<'a> {
         progress: Progress<'_>,
     ) -> Result<(Settled, Family<'a>), Error> {
         let (rest, Settled { mut aligned, mut about, .. }) = (self.rest, start);
-        let mut kept = None;
+        let mut kept = Vec::new();
         for attempt in 1..=attempts {
             let [from, to] = [attempt - 1, attempt].map(|n| n as f64 / attempts as f64);
             let kpa = aligned.values[0].exp();
@@ -161,23 +174,30 @@ impl<'a> Level<'a> {
     /// sought. What is solved is kept as long as the tissues stay.
     fn family(
         &self,
-        kept: &mut Option<Sequence>,
+        kept: &mut Vec<Sequence>,
         kpa: f64,
         about: Option<[f64; 2]>,
         progress: Progress<'_>,
     ) -> Result<Family<'a>, Error> {
         let tissues = about.zip(self.tissues);
-        let mut sequence = match (kept.take(), tissues) {
-            (Some(kept), None) => kept,
-            (None, None) => self.sequence(self.body)?,
-            (_, Some((about, tissues))) => self.sequence(&tissues.body(self.body, about))?,
-        };
-        let mut family = Family::new(self.carried);
-        for (n, side) in [1.0 + ASIDE, 1.0 - ASIDE].into_iter().enumerate() {
-            progress.at(n as f64 * 0.25)?;
-            solve(self.question, &mut sequence, &mut family, kpa * side, true)?;
+        if let Some((about, tissues)) = tissues {
+            *kept = self.sequences(&tissues.body(self.body, about))?;
+        } else if kept.is_empty() {
+            *kept = self.sequences(self.body)?;
         }
-        family.widen(BEYOND);
+        let beside = Beside::new(progress.part(0.0, 0.5), kept.len());
+        // Side by side: one alone does not keep two processors busy.
+        let one = |(n, (sequence, side)): (usize, (&mut Sequence, &f64))| {
+            let watch = beside.one(n);
+            Solved::at(self.question, sequence, (kpa * side, true), Progress::new(&watch))
+        };
+        let solved = kept.par_iter_mut().zip(self.sides).enumerate().map(one);
+        let mut family = Family::new(self.carried);
+        for solved in solved.collect::<Vec<_>>() {
+            solved?.add_to(&mut family);
+        }
+        family.widen(BEYOND / self.sides.len() as f64);
+        let first = self.sides.iter().copied().fold(f64::INFINITY, f64::min);
         for which in 0..2 {
             let Some((about, tissues)) = tissues else { break };
             progress.at(0.5 + which as f64 * 0.25)?;
@@ -185,18 +205,21 @@ impl<'a> Level<'a> {
             there[which] += tissues::ASIDE;
             let mut aside = self.sequence(&tissues.body(self.body, there))?;
             let target = self.question.load.target;
-            let moved = aside.at(kpa * (1.0 - ASIDE), target, false, Progress::none())?;
+            let moved = aside.at(kpa * first, target, false, Progress::none())?;
             let prior = tissues.prior(which, about[which]);
             let moved = moved.deformation.displacement();
             family.add_further(prior, about[which], moved, tissues::ASIDE);
         }
-        *kept = Some(sequence);
         Ok(family)
     }
 
+    /// One for each side.
+    fn sequences(&self, body: &Body) -> Result<Vec<Sequence>, Error> {
+        self.sides.iter().map(|_| self.sequence(body)).collect()
+    }
+
     fn sequence(&self, body: &Body) -> Result<Sequence, Error> {
-        let params = Params { rest: self.rest, ..*self.question.params };
-        Ok(Sequence::new(body, self.question.load.ct, &params)?)
+        Ok(Sequence::new(body, self.question.load.ct, &self.question.solver(self.rest))?)
     }
 }
 

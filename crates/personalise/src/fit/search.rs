@@ -6,6 +6,7 @@ use super::family::Family;
 use crate::Error;
 use nalgebra::{Rotation3, Unit};
 use supine_fem::{Params, RestState, Sequence};
+use supine_mesh::Displacement;
 use supine_record::FitStep;
 use supine_register::{Aligned, Rigid, Shape, Start, align};
 use supine_space::{Pose, Progress, Vector};
@@ -30,6 +31,9 @@ const TURN_DEG: f64 = 5.0;
 const ITERATIONS: usize = 40;
 /// Iterations of Newton's method on the path: where more are needed the shape is near its end.
 const PATIENCE: usize = 25;
+
+/// Relative residual of solutions that are held against a scan: they are then right to 1e-4 mm.
+const TOLERANCE: f64 = 1e-6;
 
 /// What the path found.
 #[derive(Clone, Debug)]
@@ -62,7 +66,7 @@ pub(super) fn search(
     progress: Progress<'_>,
 ) -> Result<Found, Error> {
     let sparse = question.scan.thinned(PATH_MM);
-    let params = Params { rest, max_iterations: PATIENCE, ..*question.params };
+    let params = Params { max_iterations: PATIENCE, ..question.solver(rest) };
     let mut sequence = Sequence::new(question.coarse, question.load.ct, &params)?;
     let mut family = Family::new(carried);
     let mut path: Vec<FitStep> = Vec::new();
@@ -71,16 +75,17 @@ pub(super) fn search(
     let mut kpa = from_kpa;
     while kpa > SOFTEST_KPA && !risen(&path) {
         progress.at((path.len() as f64 / 10.0).min(0.9))?;
-        if let Err(error) = solve(question, &mut sequence, &mut family, kpa, false) {
-            match error {
-                stopped @ supine_fem::Error::Stopped(_) => return Err(stopped.into()),
-                _ if path.is_empty() && kpa < RIGID_KPA => kpa *= FACTOR,
-                error => {
-                    ended = Some(error.to_string());
-                    break;
-                }
+        match Solved::at(question, &mut sequence, (kpa, false), Progress::none()) {
+            Ok(solved) => solved.add_to(&mut family),
+            Err(stopped @ supine_fem::Error::Stopped(_)) => return Err(stopped.into()),
+            Err(_) if path.is_empty() && kpa < RIGID_KPA => {
+                kpa *= FACTOR;
+                continue;
             }
-            continue;
+            Err(error) => {
+                ended = Some(error.to_string());
+                break;
+            }
         }
         let reach_mm = if path.is_empty() { [20.0, 6.0] } else { [8.0, 6.0] };
         let fixed = fixed(&family, carried, kpa);
@@ -123,23 +128,41 @@ pub(super) fn search(
     Ok(Found { aligned, path, ended, other_pose })
 }
 
-/// Adds what the mechanics gives at a modulus.
-pub(super) fn solve(
-    question: &FitQuestion<'_>,
-    sequence: &mut Sequence,
-    family: &mut Family<'_>,
+/// What the mechanics gives at a modulus.
+pub(super) struct Solved {
     kpa: f64,
-    turned: bool,
-) -> Result<(), supine_fem::Error> {
-    let solution = sequence.at(kpa, question.load.target, true, Progress::none())?;
-    let slope = solution.slope.ok_or(supine_fem::Error::Singular)?;
-    let there = match turned {
-        true => Some(sequence.at(kpa, question.turned(TURN_DEG), false, Progress::none())?),
-        false => None,
-    };
-    let there = there.as_ref().map(|there| (there.deformation.displacement(), TURN_DEG));
-    family.add(kpa, solution.deformation.displacement(), &slope, there);
-    Ok(())
+    displacement: Displacement,
+    /// By the modulus, mm/kPa.
+    slope: Displacement,
+    /// With gravity turned by [`TURN_DEG`].
+    turned: Option<Displacement>,
+}
+
+impl Solved {
+    pub(super) fn at(
+        question: &FitQuestion<'_>,
+        sequence: &mut Sequence,
+        (kpa, turned): (f64, bool),
+        progress: Progress<'_>,
+    ) -> Result<Self, supine_fem::Error> {
+        let solution = sequence.at(kpa, question.load.target, true, progress.part(0.0, 0.5))?;
+        let slope = solution.slope.ok_or(supine_fem::Error::Singular)?;
+        let turned = match turned {
+            true => {
+                let gravity = question.turned(TURN_DEG);
+                let there = sequence.at(kpa, gravity, false, progress.part(0.5, 1.0))?;
+                Some(there.deformation.displacement().clone())
+            }
+            false => None,
+        };
+        let displacement = solution.deformation.displacement().clone();
+        Ok(Self { kpa, displacement, slope, turned })
+    }
+
+    pub(super) fn add_to(&self, family: &mut Family<'_>) {
+        let turned = self.turned.as_ref().map(|turned| (turned, TURN_DEG));
+        family.add(self.kpa, &self.displacement, &self.slope, turned);
+    }
 }
 
 /// The skin at one modulus.
@@ -160,6 +183,11 @@ fn risen(path: &[FitStep]) -> bool {
 }
 
 impl FitQuestion<'_> {
+    /// How solutions are found that are held against the scan.
+    pub(super) fn solver(&self, rest: RestState) -> Params {
+        Params { rest, tolerance: TOLERANCE, ..*self.params }
+    }
+
     /// Gravity of the scan turned so far towards that of the CT: the patient leans back.
     fn turned(&self, degrees: f64) -> Vector {
         let axis = self.load.target.cross(&self.load.ct);

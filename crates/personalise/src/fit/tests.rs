@@ -147,7 +147,7 @@ fn asked<T>(
 
 /// A scan on the table that lies far off all laws but one makes that the first; one that tells
 /// nothing leaves them as they are.
-fn table_counts(laws: &Laws) {
+fn table_counts(laws: &RankedLaws) {
     let last = laws.tried.len() - 1;
     let wanted = laws.tried[last].fit.additions.clone();
     let off: Vec<_> = (0..=last).map(|n| Some(if n == last { 0.3 } else { 30.0 })).collect();
@@ -159,7 +159,7 @@ fn table_counts(laws: &Laws) {
     off[last] = None;
     let alike = laws.clone().with_table(&off);
     assert!(alike.tried.len() == last && alike.tried[0].fit.table_mm == Some(0.7));
-    let additions = |laws: &Laws| laws.tried[0].fit.additions.clone();
+    let additions = |laws: &RankedLaws| laws.tried[0].fit.additions.clone();
     assert_eq!(additions(&alike), additions(laws));
 }
 
@@ -178,7 +178,13 @@ fn the_law_of_a_scan_is_known_from_others() {
             |question| {
                 let states = &[RestState::Unloaded];
                 let question = FitQuestion { states, ..*question };
-                let tried = laws(&question, Progress::none()).unwrap();
+                let mut laws = Laws::new(&question, Progress::none()).unwrap();
+                laws.look_about(Progress::none()).unwrap();
+                let shares = gland(&question.coarse.mesh);
+                let tissues =
+                    Tissues { shares: &[], coarse: &shares, likely: [1.0, 1.5, 16.0, 6.0] };
+                laws.by_tissue(tissues, Progress::none()).unwrap();
+                let tried = laws.ranked();
                 let fitted = fit_law(&question, &[&tried.tried[0]], Progress::none()).unwrap();
                 table_counts(&tried);
                 let laws = tried.tried.into_iter().map(|law| law.fit).collect::<Vec<_>>();
@@ -198,8 +204,12 @@ fn the_law_of_a_scan_is_known_from_others() {
     assert!((fitted.young_kpa / 0.6 - 1.0).abs() < 0.01, "{fitted:?}");
     assert!(plain[0].additions.is_empty() && plain[0].probability > 0.5, "{plain:?}");
     assert!((plain[0].young_kpa / 0.6 - 1.0).abs() < 0.03, "{plain:?}");
-    let whole: f64 = plain.iter().map(|law| law.probability).sum();
-    assert!((whole - 1.0).abs() < 1e-12 && plain.len() > 3, "{plain:?}");
+    for laws in [&stiffens, &plain] {
+        let whole: f64 = laws.iter().map(|law| law.probability).sum();
+        assert!((whole - 1.0).abs() < 1e-12 && laws.len() > 3, "{laws:?}");
+        // Nothing speaks for its two parameters.
+        assert!(laws.iter().all(|law| law.additions != [Addition::Tissues]), "{laws:?}");
+    }
 }
 
 #[test]
@@ -297,6 +307,23 @@ fn the_proportion_of_gland_to_fat_comes_back_and_one_modulus_is_found_worse() {
     let bare = |body: &Body| Body { young_kpa: None, ..body.clone() };
     let (one, coarse) = (bare(question.body), bare(question.coarse));
     let alone = FitQuestion { body: &one, coarse: &coarse, tissues: None, ..question };
-    let alone = fit(&alone, Progress::none()).unwrap();
-    assert!(compare(&question, by_tissue, &alone.states[0]) > DECIDES);
+    let fitted = fit(&alone, Progress::none()).unwrap();
+    assert!(compare(&question, by_tissue, &fitted.states[0]) > DECIDES);
+
+    // As one law among those that are held against the scan.
+    let mut laws = Laws::new(&alone, Progress::none()).unwrap();
+    laws.by_tissue(Tissues { shares: &shares, coarse: &of_coarse, likely }, Progress::none())
+        .unwrap();
+    let RankedLaws { tried, .. } = laws.ranked();
+    assert_eq!(tried[0].fit.additions, [Addition::Tissues]);
+    assert!(tried[1..].iter().all(|law| law.fit.against > DECIDES && law.tissues.is_none()));
+    let tissues = tried[0].tissues.clone().unwrap();
+    // 600 tetrahedra show the border of gland roughly.
+    assert!((tissues.gland / 4.0).ln().abs() < 0.3, "{tissues:?}");
+    let of_tissues = body(&mesh, &shares, tissues.gland);
+    let asked = FitQuestion { body: &of_tissues, ..alone };
+    let by_law = &fit_law(&asked, &[&tried[0]], Progress::none()).unwrap().states[0];
+    assert_eq!(by_law.fit.tissues.as_ref().map(|own| own.gland), Some(tissues.gland));
+    let misfits = [by_law, by_tissue, &fitted.states[0]].map(|state| state.fit.misfit_mm);
+    assert!(misfits[0] < 1.2 * misfits[1] && misfits[0] < 0.8 * misfits[2], "{misfits:?}");
 }

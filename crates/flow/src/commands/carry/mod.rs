@@ -13,7 +13,7 @@ use super::usable::why_not;
 use super::{Gather, Outputs, SurfaceFrame, VOLUMES, check_ending, ends, given_deformation, usage};
 use crate::folder::{FinishedRun, run_around};
 use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles};
-use crate::shared::{CtInput, read_ct};
+use crate::shared::{CtInput, bounds, read_ct};
 use crate::spec::Spec;
 use crate::{Error, NodeId, Observer};
 use std::path::{Path, PathBuf};
@@ -130,15 +130,9 @@ fn check_out(given: &Carry) -> Result<(), Error> {
 /// A closed surface smaller than this is none of a patient in mm, mm from corner to corner.
 const LEAST_SURFACE_MM: f64 = 2.0;
 
-/// The corners of the box around points, lowest and highest, if there are any.
-fn bounds(mut points: impl Iterator<Item = Point>) -> Option<[Point; 2]> {
-    let first = points.next()?;
-    Some(points.fold([first; 2], |[low, high], p| [low.inf(&p), high.sup(&p)]))
-}
-
 /// That a surface is as small as one in metres read as mm.
 fn in_metres(surface: &TriSurface, path: &Path) -> Option<Warning> {
-    let [low, high] = bounds(surface.points().iter().copied())?;
+    let [low, high] = bounds(surface.points().iter())?;
     let size = (high - low).norm();
     let told = || {
         let text = format!(" is only {size:.2} mm large: is it in metres? give it in mm");
@@ -197,9 +191,10 @@ impl<'a> Job<'a> {
     fn warn_beside(&self, grid: &Grid) {
         let last = grid.size().map(|n| n - 1);
         let end = |n: usize, a: usize| if n >> a & 1 == 1 { last[a] } else { 0 };
-        let corners = (0..8).map(|n| grid.centre([0, 1, 2].map(|a| end(n, a))));
-        let of_mesh = self.deformation.mesh().points().iter().copied();
-        let (Some(volume), Some(mesh)) = (bounds(corners), bounds(of_mesh)) else { return };
+        let corners: [Point; 8] =
+            std::array::from_fn(|n| grid.centre([0, 1, 2].map(|a| end(n, a))));
+        let of_mesh = self.deformation.mesh().points().iter();
+        let (Some(volume), Some(mesh)) = (bounds(corners.iter()), bounds(of_mesh)) else { return };
         let apart = |a: usize| volume[1][a] < mesh[0][a] || volume[0][a] > mesh[1][a];
         if (0..3).any(apart) {
             let text = " does not reach what was simulated: nothing of it moves; is it of this patient, in mm, and are its axes right?";
