@@ -222,6 +222,7 @@ mod tests {
     const BESIDE: &[(&str, &[&str])] = &[
         ("scans.supine", &["scans.sitting"]),
         ("scans.landmarks", &["scans.sitting"]),
+        ("scans.lean", &["scans.sitting"]),
         ("scans.unit", &["scans.sitting"]),
         ("table.ap", &["table.lat"]),
         ("table.lat", &["table.ap"]),

@@ -18,8 +18,8 @@ pub struct StateFit {
     pub deviation: f64,
     /// What that is made of.
     pub parts: DeviationParts,
-    /// How far the patient leaned back in the scan, degrees; negative: forward. Fitted with the
-    /// modulus, upright within 4 degrees taken for likely.
+    /// How far the patient leaned back in the scan beyond what is said of her, degrees; negative:
+    /// forward. Fitted with the modulus, within 4 degrees taken for likely.
     pub lean_deg: f64,
     /// Distance of the scan from the model's skin on the breast, mm rms.
     pub misfit_mm: f64,

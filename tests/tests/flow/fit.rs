@@ -226,6 +226,13 @@ fn what_changes_in_the_scans_is_fitted_anew_as_a_cold_run_does() {
     assert!((kpa(&changed) / kpa(&first) - 1.0).abs() < 1e-4, "{changed}");
     assert_eq!(changed["states"][0]["rest"], first["states"][0]["rest"]);
     assert!(first["laws"].is_array() && changed["laws"].is_null(), "{changed}");
+    // A lean that she is said to have is not fitted again.
+    let leaning = alone.replace('}', ", lean = 6.0 }");
+    let (changed, anew) = (run(&leaning, &out), cold(&leaning, "cold-4"));
+    assert_eq!(changed, anew);
+    let lean = |fit: &Value| number(&fit["states"][0]["lean_deg"]);
+    assert!((-8.0..-3.0).contains(&(lean(&changed) - lean(&first))), "{changed}");
+    assert!((kpa(&changed) / kpa(&first) - 1.0).abs() < 0.05, "{changed}");
     // Other points in the sitting scan.
     let scan = folder.path().join("sitting.ply");
     let mut count = 0;

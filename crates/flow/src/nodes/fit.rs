@@ -3,8 +3,8 @@
 use super::{Import, Mesh, Moduli as ModuliNode, Region, Segment, Tissues as TissuesNode};
 use crate::case_state::CaseState;
 use crate::graph::{Node, Outs};
-use crate::inputs::InputFile;
 use crate::nodes::fit_by_law::{FitByLaw, fit_by_law};
+use crate::nodes::fit_scans::Scans;
 use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
 use crate::nodes::moduli::{ByTissue, tissue_map};
@@ -52,20 +52,6 @@ pub(crate) struct NodeInputs {
     tissues: Option<[f64; 4]>,
     /// Whether labels tell fat from gland; else HU.
     by_labels: bool,
-}
-
-/// The scans of a case.
-#[derive(Serialize, Clone)]
-pub(crate) struct Scans {
-    pub(crate) sitting: InputFile,
-    pub(crate) supine: Option<InputFile>,
-    pub(crate) landmarks: Option<InputFile>,
-    pub(crate) unit: Option<&'static str>,
-    states: Vec<RestState>,
-    /// Whether other laws than that of the case are held against the scan.
-    laws: bool,
-    /// The scan on the table, and how gravity pulls there: held against the laws too.
-    pub(crate) table: Option<(InputFile, Law)>,
 }
 
 /// The tissue that was fitted; none when the case names no scans.
@@ -143,31 +129,12 @@ impl Node for Fit {
 
     fn inputs(case_state: &CaseState) -> Result<NodeInputs, Error> {
         let case = &case_state.case;
-        let load = case.load_to(supine_space::sitting());
-        let of_case = case.scans.as_ref().and_then(|scans| Some((scans, scans.fit.as_ref()?)));
-        let scans = of_case.map(|(scans, fit)| {
-            let file = |key, path: &Option<std::path::PathBuf>| {
-                path.as_ref().map(|path| case_state.file(key, path)).transpose()
-            };
-            let asked = fit.laws && case.table.is_some();
-            let table = scans.intraop.as_ref().filter(|_| asked).map(|intraop| {
-                Ok::<_, Error>((case_state.file("scans.intraop", intraop)?, Law::of(case)?))
-            });
-            Ok::<_, Error>(Scans {
-                table: table.transpose()?,
-                sitting: case_state.file("scans.sitting", &fit.sitting)?,
-                supine: file("scans.supine", &fit.supine)?,
-                landmarks: file("scans.landmarks", &scans.landmarks)?,
-                unit: scans.unit,
-                states: fit.states.clone(),
-                laws: fit.laws,
-            })
-        });
+        let load = case.load_of_sitting();
         let left = case.breast == Some(Side::Left);
         let tissues = case.stiffness.filter(|stiffness| !stiffness.given).map(|s| s.kpa);
         let by_labels = case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
         let law = Law::under(case, load);
-        Ok(NodeInputs { left, law, scans: scans.transpose()?, tissues, by_labels })
+        Ok(NodeInputs { left, law, scans: Scans::of(case_state)?, tissues, by_labels })
     }
 
     fn not_asked(inputs: &NodeInputs) -> Option<Fitted> {
@@ -217,7 +184,7 @@ impl Node for Fit {
         let mut tissue = TissueFit { laws, ..told(&best_fit, read.supine) };
         tissue.one_modulus = one_modulus(&question, &best_fit, work.progress.part(0.98, 1.0))?;
         let by = by_tissue.as_ref().or(moduli);
-        warn(&tissue, by.is_some(), work);
+        warn(&tissue, (by.is_some(), scans.lean_deg), work);
         let moduli = by.map(|by| by.fitted(&meshed.mesh, tissue.best()).1);
         let files = [Some(&scans.sitting), scans.supine.as_ref(), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
@@ -311,7 +278,7 @@ fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>)
 }
 
 /// Says what speaks against it.
-fn warn(fit: &TissueFit, by_tissue: bool, work: &Work<'_>) {
+fn warn(fit: &TissueFit, (by_tissue, stated_deg): (bool, f64), work: &Work<'_>) {
     let best = fit.best();
     if best.structured_mm > STRUCTURED_MM {
         let text = format!(
@@ -344,12 +311,19 @@ fn warn(fit: &TissueFit, by_tissue: bool, work: &Work<'_>) {
         work.warn(Warning::new("scan-against-map", text));
     }
     if best.lean_deg.abs() > UPRIGHT_DEG {
-        let text = format!(
-            "the patient seems to lean {} by {:.0} degrees in the scan of the sitting patient: the modulus is fitted with that; have \
-             her sit upright, her torso as in the CT",
-            if best.lean_deg > 0.0 { "back" } else { "forward" },
-            best.lean_deg.abs()
-        );
+        let way = if best.lean_deg > 0.0 { "back" } else { "forward" };
+        let degrees = best.lean_deg.abs();
+        let text = if stated_deg == 0.0 {
+            format!(
+                "the patient seems to lean {way} by {degrees:.0} degrees in the scan of the sitting patient: the modulus is fitted with \
+                 that; have her sit upright, her torso as in the CT, or measure how far she leans back (scans.lean)"
+            )
+        } else {
+            format!(
+                "the patient seems to lean {degrees:.0} degrees farther {way} in the scan of the sitting patient than the {stated_deg} \
+                 degrees that scans.lean says: the modulus is fitted with that"
+            )
+        };
         work.warn(Warning::new("scan-leaning", text));
     }
     if let ([one, other, ..], false) = (fit.states.as_slice(), fit.decided) {

@@ -4,7 +4,7 @@
 //! tried only where no law of one tissue comes near the breast: on the coarse mesh, where their
 //! proportions are fitted for the whole one too.
 
-use super::fit::Scans;
+use super::fit_scans::Scans;
 use super::region::Chosen;
 use super::tissues::labelled;
 use super::{ByTissue, Imported, Meshed, tissue_map};

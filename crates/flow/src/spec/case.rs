@@ -255,7 +255,7 @@ impl PostureSpec {
 }
 
 /// Surface scans of the patient.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ScansSpec {
     /// Those to which the modulus is fitted.
     pub fit: Option<FitScans>,
@@ -268,10 +268,12 @@ pub struct ScansSpec {
 }
 
 /// Scans to which the modulus is fitted.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FitScans {
-    /// The patient sitting upright.
+    /// The patient sitting.
     pub sitting: PathBuf,
+    /// How far she leaned back there, degrees; negative: forward.
+    pub lean_deg: f64,
     /// The patient lying as in the CT.
     pub supine: Option<PathBuf>,
     /// Rest states that are fitted: the one of the case, or both.

@@ -75,6 +75,11 @@ pub(super) fn dose_at(case: &Case) -> Json {
     case.tolerance.dose.map(|dose| dose.at_mm).into()
 }
 
+/// How far the sitting patient leaned back, where there is a scan of her.
+pub(super) fn lean(case: &Case) -> Json {
+    case.fit_scans().map(|scans| scans.lean_deg).into()
+}
+
 /// The unit of scans, where there are any.
 pub(super) fn scan_unit(case: &Case) -> Json {
     case.scans.as_ref().map(|scans| scans.unit.unwrap_or("auto")).into()

@@ -47,6 +47,17 @@ pub enum Kind {
     Names,
 }
 
+/// The modulus that a tissue may have, kPa: the range of [`supine_fem::Tissue::check`].
+pub(super) const MODULUS: Kind = Kind::Number { min: 0.001, max: 1e6 };
+/// Degrees.
+pub(super) const TILT: Kind = Kind::Number { min: -180.0, max: 180.0 };
+/// How far a patient may lean back who sits, degrees: farther she lies.
+pub(super) const LEAN: Kind = Kind::Number { min: -30.0, max: 60.0 };
+/// Radii of spheres within a patient, mm.
+pub(super) const RADIUS: Kind = Kind::Number { min: 0.1, max: 500.0 };
+/// Beyond these radii of a tumour that is operated, mm, a diameter or a typing error is likelier.
+pub(super) const TUMOUR_RADIUS: Kind = Kind::Number { min: 0.5, max: 50.0 };
+
 /// A parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {

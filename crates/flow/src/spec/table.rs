@@ -3,8 +3,8 @@
 
 use super::case::PostureSpec;
 use super::derived;
-use super::parameter::row;
 pub use super::parameter::{Kind, Parameter, Preset};
+use super::parameter::{LEAN, MODULUS, RADIUS, TILT, TUMOUR_RADIUS, row};
 use Preset::{Absent, Required};
 use supine_fem::Law;
 use supine_space::Posture;
@@ -13,15 +13,6 @@ use supine_space::Posture;
 pub(crate) const CLIPPED: &str = "clipped";
 /// What confirms that the source's frame of reference is wanted: to be typed in full.
 pub(crate) const SAME_FRAME: &str = "source, although the breast has moved in it";
-
-/// The modulus that a tissue may have, kPa: the range of [`supine_fem::Tissue::check`].
-const MODULUS: Kind = Kind::Number { min: 0.001, max: 1e6 };
-/// Degrees.
-const TILT: Kind = Kind::Number { min: -180.0, max: 180.0 };
-/// Radii of spheres within a patient, mm.
-const RADIUS: Kind = Kind::Number { min: 0.1, max: 500.0 };
-/// Beyond these radii of a tumour that is operated, mm, a diameter or a typing error is likelier.
-const TUMOUR_RADIUS: Kind = Kind::Number { min: 0.5, max: 50.0 };
 
 /// All parameters, in the order in which they are shown.
 pub static TABLE: &[Parameter] = &[
@@ -419,6 +410,13 @@ pub static TABLE: &[Parameter] = &[
         Preset::Switch(true),
         "hold laws of the tissue and its boundary against the scan of the sitting patient; not where the case names one",
     ),
+    row(
+        ("scans.lean", "lean"),
+        LEAN,
+        "degrees",
+        Absent("upright, 0"),
+        "how far she leaned back in the scan of the sitting patient, as it was measured; less than 0: forward",
+    ).derived(derived::lean),
     row(
         ("scans.unit", "unit"),
         Kind::Choice(&["auto", "mm", "cm", "m", "inch"]),

@@ -424,6 +424,20 @@ fn laws_are_held_against_a_scan_where_the_case_names_none() {
 }
 
 #[test]
+fn a_patient_who_is_said_to_lean_back_bears_gravity_towards_her_back() {
+    let case = |text: &str| Spec::from_text(text, "").unwrap().case();
+    let leans = case("scans = { sitting = 's.ply', lean = 30.0 }").unwrap();
+    let load = leans.load_of_sitting();
+    let [x, y, z]: [f64; 3] = load.target.into();
+    assert!(x.abs() < 1e-12 && (y - 0.5).abs() < 1e-12 && z < -0.8, "{load:?}");
+    assert_eq!(leans.number("scans.lean"), Some(30.0));
+    let upright = case("scans = { sitting = 's.ply' }").unwrap().load_of_sitting();
+    assert!((upright.target - supine_space::sitting()).norm() < 1e-12);
+    let told = case("scans = { intraop = 's.ply', lean = 30.0 }").unwrap_err().to_string();
+    assert!(told.contains("scans.sitting"), "{told}");
+}
+
+#[test]
 fn a_tolerance_of_the_dose_is_one_of_the_place() {
     let of = |text: &str| Spec::from_text(text, "").unwrap().case().unwrap();
     let mm = |text: &str| of(text).tolerance.mm();

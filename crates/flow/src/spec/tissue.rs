@@ -156,11 +156,12 @@ pub(super) fn scans(given: Given<'_>) -> Result<Option<ScansSpec>, CaseError> {
 ///
 /// # Errors
 /// [`CaseError::Value`] when a modulus is given beside them, [`CaseError::Missing`] without that of
-/// the sitting patient.
+/// the sitting patient where that of the lying one or a lean is given.
 fn fit_scans(given: Given<'_>) -> Result<Option<FitScans>, CaseError> {
     let supine = given.file("scans.supine");
     let Some(sitting) = given.file("scans.sitting") else {
-        return if supine.is_some() { Err(missing("scans.sitting")) } else { Ok(None) };
+        let beside = supine.is_some() || given.get("scans.lean").is_some();
+        return if beside { Err(missing("scans.sitting")) } else { Ok(None) };
     };
     for key in ["tissue.young", "tissue.young_interval"] {
         if given.get(key).is_some() {
@@ -179,7 +180,8 @@ fn fit_scans(given: Given<'_>) -> Result<Option<FitScans>, CaseError> {
         && given.word("wall.hold") != "sliding"
         && given.number("skin.young").is_none();
     let laws = plain && given.switch("scans.laws");
-    Ok(Some(FitScans { sitting, supine, states, laws }))
+    let lean_deg = given.number("scans.lean").unwrap_or(0.0);
+    Ok(Some(FitScans { sitting, lean_deg, supine, states, laws }))
 }
 
 /// What holds the cut.

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy};
 use supine_fem::{Load, RestState};
 use supine_report::DoseTolerance;
-use supine_space::{Point, Posture, Side, Sphere, TablePose, Vector};
+use supine_space::{Point, Posture, Side, Sphere, TablePose, Vector, sitting, supine};
 use supine_volume::SeedKind;
 use supine_warp::Interpolation;
 
@@ -111,6 +111,14 @@ impl Case {
     /// The change of gravity from that of the CT to a direction (LPS, a unit vector).
     pub(crate) fn load_to(&self, target: Vector) -> Load {
         Load { ct: self.position.gravity(), target }
+    }
+
+    /// The change of gravity to that of the scan of the sitting patient, as far as she is said to
+    /// lean back in it.
+    pub(crate) fn load_of_sitting(&self) -> Load {
+        let lean_deg = self.fit_scans().map_or(0.0, |scans| scans.lean_deg);
+        let (sin, cos) = lean_deg.to_radians().sin_cos();
+        self.load_to(sitting() * cos + supine() * sin)
     }
 
     /// The change of gravity to that on the table.

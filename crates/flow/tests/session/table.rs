@@ -153,6 +153,7 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ),
     ("scans.landmarks", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("scans.laws", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
+    ("scans.lean", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("scans.unit", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("export.anonymise", "its key is drawn by chance: `anonymised`"),
 ];

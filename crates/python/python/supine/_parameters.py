@@ -199,6 +199,9 @@ class Scans(TypedDict, total=False):
     laws: bool | None
     """Hold laws of the tissue and its boundary against the scan of the sitting patient; not where the case names
     one. Default: true."""
+    lean: float | None
+    """How far she leaned back in the scan of the sitting patient, as it was measured; less than 0: forward
+    (degrees); -30 to 60. Default: upright, 0."""
     unit: Literal["auto", "mm", "cm", "m", "inch"] | None
     """Unit of length of the scans and their landmarks; auto: mm or m, by the size of the scan. Default: "auto"."""
 
