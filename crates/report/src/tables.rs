@@ -172,7 +172,7 @@ fn tissue(s: &Summary) -> Table {
     for state in s.fit.iter().flat_map(|fit| &fit.states) {
         let [low, high] = state.interval_kpa.map(|e| fixed(e, 3));
         let text = format!(
-            "{} kPa (95 %: {low} to {high}); scan {} mm rms off on the breast, leaning {}°",
+            "{} kPa (95 %: {low} to {high}); scan {} mm rms off on the breast, leaning {}° beyond scans.lean (0: upright)",
             fixed(state.young_kpa, 3),
             fixed(state.misfit_mm, 2),
             fixed(state.lean_deg, 1)
