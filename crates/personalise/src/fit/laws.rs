@@ -248,11 +248,11 @@ impl<'a> Laws<'a> {
     /// where the breast is then, and the search takes minutes.
     fn kinds(&self) -> Vec<Vec<Addition>> {
         let mesh = &self.question.coarse.mesh;
-        let everywhere = |addition: &Addition| match addition {
+        let everywhere = |kind: &Vec<Addition>| match &kind[0] {
             Addition::Sliding(area) => slides_everywhere(area, mesh),
             _ => false,
         };
-        kinds().into_iter().filter(|kind| !kind.iter().any(everywhere)).collect()
+        kinds().into_iter().filter(|kind| !everywhere(kind)).collect()
     }
 
     /// One of each kind of addition, in the rest states that the scan does not speak against.

@@ -50,20 +50,17 @@ pub(super) fn refined(
     let Found { aligned, path, ended, other_pose } = found;
     let level =
         |body, carried, tissues| Level { question, sides: &ASIDE, body, carried, tissues, rest };
-    let (mut start, mut from) = (Settled { aligned, about: None, still: true }, 0.0);
-    if let Some(tissues) = question.tissues {
-        start.about = Some(tissues.start());
-    }
+    let about = question.tissues.map(|tissues| tissues.start());
+    let mut start = Settled { aligned, about, still: true };
+    let (mut from, mut attempts) = (0.0, about.map_or(ATTEMPTS, |_| ATTEMPTS_BY_TISSUE));
     let finer = !Arc::ptr_eq(&question.body.mesh, &question.coarse.mesh);
     if let Some(tissues) = question.tissues.filter(|_| finer) {
-        from = 0.4;
+        (from, attempts) = (0.4, ATTEMPTS);
         let tissues = Tissues { shares: tissues.coarse, ..tissues };
         let level = level(question.coarse, coarse, Some(tissues));
         start = level.settle(start, ATTEMPTS_BY_TISSUE, progress.part(0.0, from))?.0;
     }
     let level = level(question.body, fine, question.tissues);
-    let attempts =
-        if from > 0.0 || question.tissues.is_none() { ATTEMPTS } else { ATTEMPTS_BY_TISSUE };
     let (settled, family) = level.settle(start, attempts, progress.part(from, 0.8))?;
     let Settled { aligned, still, .. } = settled;
     let draws = bootstrap::deviations(question, &family, &aligned, progress.part(0.8, 1.0))?;
@@ -197,7 +194,7 @@ impl<'a> Level<'a> {
             solved?.add_to(&mut family);
         }
         family.widen(BEYOND / self.sides.len() as f64);
-        let first = self.sides.iter().copied().fold(f64::INFINITY, f64::min);
+        let softest = self.sides.iter().copied().fold(f64::INFINITY, f64::min);
         for which in 0..2 {
             let Some((about, tissues)) = tissues else { break };
             progress.at(0.5 + which as f64 * 0.25)?;
@@ -205,7 +202,7 @@ impl<'a> Level<'a> {
             there[which] += tissues::ASIDE;
             let mut aside = self.sequence(&tissues.body(self.body, there))?;
             let target = self.question.load.target;
-            let moved = aside.at(kpa * first, target, false, Progress::none())?;
+            let moved = aside.at(kpa * softest, target, false, Progress::none())?;
             let prior = tissues.prior(which, about[which]);
             let moved = moved.deformation.displacement();
             family.add_further(prior, about[which], moved, tissues::ASIDE);
