@@ -8,8 +8,8 @@ use supine_mesh::{BoundaryTag, TET_EDGES, TET_FACES, TetMesh};
 pub(crate) struct Face {
     /// Its tetrahedron.
     pub(crate) element: usize,
-    /// Its corners among those of the tetrahedron.
-    pub(crate) own: [usize; 3],
+    /// Its number among [`TET_FACES`].
+    pub(crate) side: usize,
     /// The same as points of the mesh.
     pub(crate) points: [u32; 3],
     /// Area of the flat triangle, mm².
@@ -17,14 +17,25 @@ pub(crate) struct Face {
 }
 
 impl Face {
+    /// Its corners among those of the tetrahedron.
+    pub(crate) fn own(&self) -> [usize; 3] {
+        TET_FACES[self.side]
+    }
+
     /// Its nodes among those of an element with `N`: corners, then mid-sides.
     pub(crate) fn nodes<const N: usize>(&self) -> Vec<usize> {
-        let on = |a: &usize| match a.checked_sub(4) {
-            None => self.own.contains(a),
-            Some(side) => TET_EDGES[side].iter().all(|corner| self.own.contains(corner)),
-        };
-        (0..N).filter(on).collect()
+        nodes_on::<N>(self.own())
     }
+}
+
+/// The nodes of an element with `N` on its face with these corners, in rising order: corners, then
+/// mid-sides.
+pub(crate) fn nodes_on<const N: usize>(corners: [usize; 3]) -> Vec<usize> {
+    let on = |a: &usize| match a.checked_sub(4) {
+        None => corners.contains(a),
+        Some(edge) => TET_EDGES[edge].iter().all(|corner| corners.contains(corner)),
+    };
+    (0..N).filter(on).collect()
 }
 
 /// The faces of a part of the boundary, in the order of their tetrahedra.
@@ -37,12 +48,12 @@ pub(crate) fn faces_on(mesh: &TetMesh, tag: BoundaryTag) -> Vec<Face> {
     let part: BTreeSet<[u32; 3]> = part.map(|face| sorted(face.points)).collect();
     let mut faces = Vec::with_capacity(part.len());
     for (element, tet) in mesh.tets().iter().enumerate() {
-        for own in TET_FACES {
+        for (side, own) in TET_FACES.into_iter().enumerate() {
             let points = own.map(|corner| tet[corner]);
             if part.contains(&sorted(points)) {
                 let [a, b, c] = points.map(|p| mesh.points()[p as usize]);
                 let area_mm2 = (b - a).cross(&(c - a)).norm() / 2.0;
-                faces.push(Face { element, own, points, area_mm2 });
+                faces.push(Face { element, side, points, area_mm2 });
             }
         }
     }

@@ -50,11 +50,12 @@ impl<const N: usize> Foundation<N> {
     /// `materials` are those of the tetrahedra.
     pub(crate) fn new(mesh: &TetMesh, materials: &[Material], kpa_mm: Option<f64>) -> Self {
         let (mut faces, mut area, mut sum) = (Vec::new(), 0.0, 0.0);
-        for (Face { element, own, area_mm2, .. }, kpa_mm) in cut_springs_of(mesh, materials, kpa_mm)
-        {
-            area += area_mm2;
-            sum += kpa_mm * area_mm2;
-            faces.push(SpringFace { element, stiffness: products::<N>(own, kpa_mm * area_mm2) });
+        for (face, kpa_mm) in cut_springs_of(mesh, materials, kpa_mm) {
+            let total = kpa_mm * face.area_mm2;
+            area += face.area_mm2;
+            sum += total;
+            let stiffness = products::<N>(face.own(), total);
+            faces.push(SpringFace { element: face.element, stiffness });
         }
         let mean_kpa_mm = if area > 0.0 { sum / area } else { 0.0 };
         Self { faces, mean_kpa_mm, given: kpa_mm.is_some() }
@@ -64,7 +65,7 @@ impl<const N: usize> Foundation<N> {
     pub(crate) fn given(faces: impl Iterator<Item = (Face, f64)>) -> Self {
         let spring = |(face, total): (Face, f64)| SpringFace {
             element: face.element,
-            stiffness: products::<N>(face.own, total),
+            stiffness: products::<N>(face.own(), total),
         };
         Self { faces: faces.map(spring).collect(), mean_kpa_mm: 0.0, given: true }
     }

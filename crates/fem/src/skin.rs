@@ -11,21 +11,24 @@
 //! taken for free of stress these pulls are taken off: they are among what keeps it in balance.
 
 use crate::Membrane;
-use crate::boundary::{Face, faces_on, renumbered};
+use crate::boundary::{Face, faces_on, nodes_on, renumbered};
 use crate::element::parent_slopes;
 use crate::foundation::TRIANGLE_RULE;
-use crate::pattern::{Block, Pattern, block, pairs};
+use crate::pattern::{Block, Pattern, Storage, block};
 use crate::tension_field::TensionField;
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 use std::sync::Arc;
-use supine_mesh::{BoundaryTag, TetMesh};
+use supine_mesh::{BoundaryTag, TET_FACES, TetMesh};
 use supine_space::{Matrix, Vector};
-
-/// Slopes of a face's shape functions by its two parent coordinates; zero for nodes off it.
-type Slopes<const N: usize> = [[f64; 2]; N];
 
 /// Points of the rule for triangles.
 const POINTS: usize = 6;
+/// Nodes of a face, at most.
+const NODES: usize = 6;
+
+/// Slopes of the shape functions of a face's nodes by its two parent coordinates; zero where it has
+/// fewer nodes.
+type Slopes = [[f64; 2]; NODES];
 
 /// The skin of a body whose elements have `N` nodes.
 #[derive(Clone, Debug)]
@@ -71,9 +74,9 @@ impl Frame {
 }
 
 /// A point of a face in both shapes. Vectors of two components are along the eigenvectors of C.
-struct Place<const N: usize> {
+struct Place {
     /// M_a, the surface gradients of the N_a free of stress.
-    gradients: [Vector2<f64>; N],
+    gradients: [Vector2<f64>; NODES],
     /// The eigenvectors, unit vectors in the face free of stress, in columns.
     principal: Matrix3x2<f64>,
     /// Where F takes them, F = ∂x/∂X along the face.
@@ -85,9 +88,9 @@ struct Place<const N: usize> {
     weight: f64,
 }
 
-impl<const N: usize> Place<N> {
+impl Place {
     fn new(
-        slopes: &Slopes<N>,
+        slopes: &Slopes,
         rest: Tangents,
         now: Tangents,
         [tension, stretch]: [f64; 2],
@@ -201,10 +204,12 @@ impl<const N: usize> Skin<N> {
     /// Energy, mN mm; adds the nodal forces, mN.
     pub(crate) fn evaluate(&self, nodes: &[[u32; N]], u: &[Vector], forces: &mut [Vector]) -> f64 {
         let mut energy = 0.0;
-        self.each(nodes, u, |face, own, place| {
-            energy += place.weight * place.law.energy;
-            for &a in own {
-                forces[nodes[face.element][a] as usize] += place.force(a) * place.weight;
+        self.each(nodes, u, |face, own, places| {
+            energy += places.iter().map(|place| place.weight * place.law.energy).sum::<f64>();
+            for (a, &node) in own.iter().enumerate() {
+                let force =
+                    places.iter().map(|place| place.force(a) * place.weight).sum::<Vector>();
+                forces[nodes[face.element][node] as usize] += force;
             }
         });
         if let Some(borne) = &self.borne {
@@ -222,7 +227,7 @@ impl<const N: usize> Skin<N> {
         pattern: &Pattern,
         blocks: &mut [Block],
     ) {
-        self.add(nodes, u, pattern, blocks, |place, a, b| place.change(a, b));
+        self.add(nodes, u, pattern, blocks, Place::change);
     }
 
     /// Adds ∂f/∂X at fixed x, mN/mm.
@@ -233,7 +238,7 @@ impl<const N: usize> Skin<N> {
         pattern: &Pattern,
         blocks: &mut [Block],
     ) {
-        self.add(nodes, u, pattern, blocks, |place, a, b| place.rest_change(a, b));
+        self.add(nodes, u, pattern, blocks, Place::rest_change);
     }
 
     /// Adds the change of the nodal forces with `v`, mN.
@@ -244,11 +249,11 @@ impl<const N: usize> Skin<N> {
         v: &[Vector],
         forces: &mut [Vector],
     ) {
-        self.each(nodes, u, |face, own, place| {
-            let element = nodes[face.element];
-            for &a in own {
-                for &b in own {
-                    forces[element[a] as usize] += place.change(a, b) * v[element[b] as usize];
+        self.each(nodes, u, |face, own, places| {
+            let element = own.iter().map(|&node| nodes[face.element][node] as usize);
+            for (a, to) in element.clone().enumerate() {
+                for (b, with) in element.clone().enumerate() {
+                    forces[to] += summed(places, (a, b), Place::change) * v[with];
                 }
             }
         });
@@ -261,62 +266,94 @@ impl<const N: usize> Skin<N> {
         u: &[Vector],
         pattern: &Pattern,
         blocks: &mut [Block],
-        change: impl Fn(&Place<N>, usize, usize) -> Matrix,
+        change: impl Fn(&Place, usize, usize) -> Matrix,
     ) {
-        self.each(nodes, u, |face, own, place| {
-            let places = pattern.places::<N>(face.element);
-            for ((a, b), to) in pairs(N, pattern.storage).zip(places) {
-                if own.contains(&a) && own.contains(&b) {
-                    to.add(&block(&change(place, a, b)), blocks);
+        self.each(nodes, u, |face, own, places| {
+            let to = pattern.places::<N>(face.element);
+            for (a, &row) in own.iter().enumerate() {
+                for (b, &column) in own.iter().enumerate() {
+                    // As `pairs` has them: own nodes are in rising order.
+                    let pair = match pattern.storage {
+                        Storage::Full => row * N + column,
+                        Storage::Lower if b <= a => row * (row + 1) / 2 + column,
+                        Storage::Lower => break,
+                    };
+                    to[pair].add(&block(&summed(places, (a, b), &change)), blocks);
                 }
             }
         });
     }
 
-    /// Calls `with` (face, its nodes among those of its element, place) for each point of each
-    /// face.
+    /// Calls `with` (face, its nodes among those of its element, its points) for each face.
     fn each(
         &self,
         nodes: &[[u32; N]],
         u: &[Vector],
-        mut with: impl FnMut(&Face, &[usize], &Place<N>),
+        mut with: impl FnMut(&Face, &[usize], &[Place; POINTS]),
     ) {
+        let sides = TET_FACES.map(Side::new::<N>);
         for (face, rest) in self.faces.iter().zip(self.rest.iter()) {
-            let own = face.nodes::<N>();
-            for ((slopes, share), rest) in points::<N>(face.own).iter().zip(rest) {
-                let moved = tangents_at(slopes, &nodes[face.element], u);
+            let side = &sides[face.side];
+            let places = std::array::from_fn(|q| {
+                let ((slopes, share), rest) = (&side.points[q], rest[q]);
+                let moved = side.tangents(slopes, &nodes[face.element], u);
                 let now = [rest[0] + moved[0], rest[1] + moved[1]];
-                let skin = [self.tension, self.stretch];
-                with(face, &own, &Place::new(slopes, *rest, now, skin, *share));
+                Place::new(slopes, rest, now, [self.tension, self.stretch], *share)
+            });
+            with(face, &side.nodes, &places);
+        }
+    }
+}
+
+/// What `change` gives for a pair of nodes at all points.
+fn summed(
+    places: &[Place; POINTS],
+    (a, b): (usize, usize),
+    change: impl Fn(&Place, usize, usize) -> Matrix,
+) -> Matrix {
+    places.iter().map(|place| change(place, a, b)).sum()
+}
+
+/// What faces on the same side of their elements have in common.
+struct Side {
+    /// Nodes among those of an element, in rising order.
+    nodes: Vec<usize>,
+    /// The points of the rule: slopes and share of the face.
+    points: [(Slopes, f64); POINTS],
+}
+
+impl Side {
+    /// The face with these corners of elements with `N` nodes.
+    fn new<const N: usize>(corners: [usize; 3]) -> Self {
+        let axes = [Vector::zeros(), Vector::x(), Vector::y(), Vector::z()];
+        let along = [1, 2].map(|k| axes[corners[k]] - axes[corners[0]]);
+        let nodes = nodes_on::<N>(corners);
+        let points = std::array::from_fn(|q| {
+            let (share, c) = TRIANGLE_RULE[q / 3];
+            let mut l = [0.0; 4];
+            for (k, corner) in corners.into_iter().enumerate() {
+                l[corner] = if k == q % 3 { 1.0 - 2.0 * c } else { c };
+            }
+            let all = parent_slopes::<N>(l);
+            let mut slopes = [[0.0; 2]; NODES];
+            for (slope, &node) in slopes.iter_mut().zip(&nodes) {
+                *slope = along.map(|way| all[node].dot(&way));
+            }
+            (slopes, share)
+        });
+        Self { nodes, points }
+    }
+
+    /// Σ v_a ∂N_a over the nodes of the face of an element.
+    fn tangents(&self, slopes: &Slopes, element: &[u32], v: &[Vector]) -> Tangents {
+        let mut sum = [Vector::zeros(); 2];
+        for (&node, slope) in self.nodes.iter().zip(slopes) {
+            for (sum, slope) in sum.iter_mut().zip(slope) {
+                *sum += v[element[node] as usize] * *slope;
             }
         }
+        sum
     }
-}
-
-/// The points of the rule on the face with these corners of an element: slopes of the shape
-/// functions and share of the face.
-fn points<const N: usize>(corners: [usize; 3]) -> [(Slopes<N>, f64); POINTS] {
-    let axes = [Vector::zeros(), Vector::x(), Vector::y(), Vector::z()];
-    let along = [1, 2].map(|k| axes[corners[k]] - axes[corners[0]]);
-    std::array::from_fn(|q| {
-        let (share, c) = TRIANGLE_RULE[q / 3];
-        let mut l = [0.0; 4];
-        for (k, corner) in corners.into_iter().enumerate() {
-            l[corner] = if k == q % 3 { 1.0 - 2.0 * c } else { c };
-        }
-        (parent_slopes::<N>(l).map(|slope| along.map(|way| slope.dot(&way))), share)
-    })
-}
-
-/// Σ v_a ∂N_a over the nodes of an element.
-fn tangents_at<const N: usize>(slopes: &Slopes<N>, element: &[u32; N], v: &[Vector]) -> Tangents {
-    let mut sum = [Vector::zeros(); 2];
-    for (node, slope) in element.iter().zip(slopes) {
-        for (sum, slope) in sum.iter_mut().zip(slope) {
-            *sum += v[*node as usize] * *slope;
-        }
-    }
-    sum
 }
 
 /// The tangents of each face at each point, nodes at `positions`.
@@ -325,9 +362,12 @@ fn tangents<const N: usize>(
     nodes: &[[u32; N]],
     positions: &[Vector],
 ) -> Vec<[Tangents; POINTS]> {
+    let sides = TET_FACES.map(Side::new::<N>);
     let of = |face: &Face| {
-        points::<N>(face.own)
-            .map(|(slopes, _)| tangents_at(&slopes, &nodes[face.element], positions))
+        let side = &sides[face.side];
+        let at =
+            |(slopes, _): &(Slopes, f64)| side.tangents(slopes, &nodes[face.element], positions);
+        side.points.each_ref().map(at)
     };
     faces.iter().map(of).collect()
 }

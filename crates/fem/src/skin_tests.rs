@@ -118,12 +118,14 @@ fn check_slopes<const N: usize>() {
     let (mut own, mut own_rest) = (vec![Vector::zeros(); u.len()], vec![Vector::zeros(); u.len()]);
     skin.add_slope(&nodes, &u, &v, &mut own);
     let mut kinds = [0; 3];
-    skin.each(&nodes, &u, |face, at, place| {
-        let taut = place.law.pulls.iter().filter(|pull| **pull > 0.0).count();
-        kinds[taut] += 1;
-        let element = nodes[face.element];
-        for (a, b) in at.iter().flat_map(|a| at.iter().map(move |b| (*a, *b))) {
-            own_rest[element[a] as usize] += place.rest_change(a, b) * v[element[b] as usize];
+    skin.each(&nodes, &u, |face, at, places| {
+        for place in places {
+            let taut = place.law.pulls.iter().filter(|pull| **pull > 0.0).count();
+            kinds[taut] += 1;
+        }
+        let own: Vec<usize> = at.iter().map(|&a| nodes[face.element][a] as usize).collect();
+        for (a, b) in (0..own.len()).flat_map(|a| (0..own.len()).map(move |b| (a, b))) {
+            own_rest[own[a]] += summed(places, (a, b), Place::rest_change) * v[own[b]];
         }
     });
     assert!(kinds.iter().all(|count| *count > 0), "{kinds:?}");

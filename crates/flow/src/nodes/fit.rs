@@ -121,7 +121,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 10;
+    const METHOD: u32 = 11;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);

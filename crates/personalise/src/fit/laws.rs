@@ -9,14 +9,15 @@
 //! probability.
 
 use super::evidence::{DECIDES, breast, independent};
-use super::refined::{misfit_mm, on_coarse, refined};
-use super::search::{Found, STIFFEST_KPA, search};
+use super::refined::{Manner, misfit_mm, on_coarse, refined};
+use super::search::{Found, JOINT_MM, STIFFEST_KPA, search};
 use super::tissues::Tissues;
 use super::{Carried, FitQuestion, FittedState, limits};
 use crate::Error;
 use rayon::prelude::*;
 use std::mem::discriminant;
 use supine_fem::{Body, Law, Membrane, Params, RestState, SlidingArea, Tissue, slides_everywhere};
+use supine_mesh::Scan;
 use supine_record::{Addition, FittedTissues, LawFit};
 use supine_space::{Beside, Failure, Pose, Progress};
 
@@ -41,6 +42,9 @@ const RIM: f64 = 1.0 / 3.0;
 /// With an addition moduli are tried from so many times that of plain tissue: sliding tissue is
 /// stiffer than plain tissue that moves as far. From stiffer ones the pose is drawn along.
 const STIFFER: f64 = 2.2;
+/// A lean that is found on the coarse mesh with part of the scan may be off by this, degrees; that of
+/// the answer is held to the limit.
+const ROUGHLY_DEG: f64 = 2.0;
 /// What is taken for likely before: plain tissue, and each kind of addition to it.
 const PLAIN: f64 = 0.5;
 
@@ -191,6 +195,8 @@ pub struct TriedLaw {
 #[derive(Debug)]
 pub struct Laws<'a> {
     question: &'a FitQuestion<'a>,
+    /// As many points of the scan as tell laws apart.
+    scan: Scan,
     carried: Carried,
     /// Residuals of the breast that tell on their own.
     counted: f64,
@@ -233,7 +239,8 @@ impl<'a> Laws<'a> {
         let carried = Carried::new(question.skin, &question.coarse.mesh, question.other);
         let plain = |rest: &RestState| Trial { additions: vec![], rest: *rest, likely: PLAIN };
         let trials = question.states.iter().map(plain).collect();
-        let mut search = Self { question, carried, counted: 0.0, tried: vec![] };
+        let scan = question.scan.thinned(JOINT_MM);
+        let mut search = Self { question, scan, carried, counted: 0.0, tried: vec![] };
         let (fit, not): (Vec<_>, Vec<_>) =
             search.each(trials, question.poses, progress).into_iter().partition(Result::is_ok);
         match (fit.is_empty(), not.into_iter().find_map(Result::err)) {
@@ -327,7 +334,8 @@ impl<'a> Laws<'a> {
         self.keep(found)
     }
 
-    /// A second addition beside the best of those that have one alone.
+    /// A second addition beside the best of those that have one alone: of those kinds that alone are
+    /// not decidedly worse than plain tissue.
     fn pairs(&mut self, progress: Progress<'_>) -> Result<(), Error> {
         let single = self.tried.iter().filter(|tried| !tried.by_tissue());
         let Some(best) = single.min_by(|a, b| a.misfit_mm.total_cmp(&b.misfit_mm)) else {
@@ -336,7 +344,17 @@ impl<'a> Laws<'a> {
         let [first] = best.trial.additions.as_slice() else { return Ok(()) };
         let likely = 0.5 * best.trial.likely;
         let same = |other: &Addition| discriminant(other) == discriminant(first);
-        let others = self.kinds().into_iter().filter(|kind| !same(&kind[0]));
+        let alone = |additions: &[Addition]| {
+            let of = |tried: &&Tried| {
+                tried.trial.rest == best.trial.rest && tried.trial.additions == additions
+            };
+            self.tried.iter().find(of).map(|tried| self.against(tried))
+        };
+        let worse = |kind: &[Addition]| {
+            let both = alone(&kind[..1]).zip(alone(&[]));
+            both.is_some_and(|(own, plain)| own > plain + DECIDES)
+        };
+        let others = self.kinds().into_iter().filter(|kind| !same(&kind[0]) && !worse(kind));
         let of = |kind: Vec<Addition>| Trial {
             additions: vec![*first, kind[0]],
             likely,
@@ -376,6 +394,11 @@ impl<'a> Laws<'a> {
     /// N ln(S/S') of one against the best.
     fn against(&self, tried: &Tried) -> f64 {
         2.0 * self.counted * (tried.misfit_mm / self.best().misfit_mm).ln()
+    }
+
+    /// The misfit from which on the scan speaks against a law, mm.
+    fn possible_mm(&self) -> f64 {
+        self.best().misfit_mm * (0.5 * DECIDES / self.counted).exp()
     }
 
     /// Those that the scan does not speak against.
@@ -418,7 +441,8 @@ impl<'a> Laws<'a> {
 
     fn one(&self, trial: Trial, poses: &[Pose], progress: Progress<'_>) -> Result<Tried, Error> {
         let law = Lawful::new(self.question, &trial.additions);
-        let question = &FitQuestion { body: &law.coarse, poses, ..law.question(self.question) };
+        let asked = law.question(self.question);
+        let question = &FitQuestion { body: &law.coarse, poses, scan: &self.scan, ..asked };
         let from_kpa = self.stiffest_kpa(trial.rest);
         let mut best =
             search(question, &self.carried, trial.rest, from_kpa, progress.part(0.0, 0.6))?;
@@ -444,13 +468,15 @@ impl<'a> Laws<'a> {
             body: &body,
             coarse: &body,
             poses: &poses,
+            scan: &self.scan,
             tissues: Some(tissues),
             ..*self.question
         };
         let (rest, from_kpa) = (trial.rest, self.stiffest_kpa(trial.rest));
         let found = search(question, &self.carried, rest, from_kpa, progress.part(0.0, 0.3))?;
         let (path, levels) = (found.clone(), [&self.carried; 2]);
-        let state = refined(question, levels, rest, path, progress.part(0.3, 1.0))?;
+        let asked = (rest, Manner::compared(self.possible_mm()));
+        let state = refined(question, levels, asked, path, progress.part(0.3, 1.0))?;
         let FittedState { fit, aligned, .. } = state;
         match fit.tissues {
             Some(FittedTissues { gland, skin, .. }) if !state.settled => {
@@ -475,7 +501,7 @@ fn tried(
     tissues: Option<FittedTissues>,
 ) -> Result<Tried, Error> {
     let lean_deg = found.aligned.values.get(1).copied().unwrap_or(0.0);
-    if lean_deg.abs() > limits::LEANS_DEG {
+    if lean_deg.abs() > limits::LEANS_DEG + ROUGHLY_DEG {
         return Err(Error::Posture { lean_deg, misfit_mm });
     }
     Ok(Tried { trial, misfit_mm, found, tissues })

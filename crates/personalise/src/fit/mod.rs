@@ -28,6 +28,7 @@ use laws::Lawful;
 pub use laws::{Laws, RankedLaws, TriedLaw, with_additions};
 use limits::LEANS_DEG;
 pub(crate) use limits::REACH_MM;
+use refined::Manner;
 use search::{Found, STIFFEST_KPA};
 pub use tissues::{Tissues, moduli};
 
@@ -177,7 +178,8 @@ fn finished(
     let beside = Beside::new(progress, found.len());
     let one = |(n, (found, rest)): (usize, (Found, &RestState))| {
         let watch = beside.one(n);
-        refined::refined(question, [coarse, &fine], *rest, found, Progress::new(&watch))
+        let asked = (*rest, Manner::WHOLE);
+        refined::refined(question, [coarse, &fine], asked, found, Progress::new(&watch))
     };
     let each = found.into_par_iter().zip(question.states).enumerate().map(one);
     let states: Vec<Result<FittedState, Error>> = each.collect();

@@ -13,9 +13,9 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::sync::Arc;
 use supine_fem::{Body, RestState, Sequence};
-use supine_mesh::PointTree;
+use supine_mesh::{Displacement, PointTree};
 use supine_record::{DeviationParts, StateFit, interval_95};
-use supine_register::{Aligned, Shape, Start, align};
+use supine_register::{Aligned, Prior, Shape, Start, align};
 use supine_space::{Beside, Point, Progress};
 
 /// The two moduli that are solved on each side of the path's best, as shares of it.
@@ -27,6 +27,8 @@ const BEYOND: f64 = 0.12;
 /// Attempts before it is given up.
 const ATTEMPTS: usize = 4;
 const ATTEMPTS_BY_TISSUE: usize = 10;
+/// After so many, tissues that describe the breast no better than is hoped of them are given up.
+const HOPED: usize = 5;
 /// A point of the skin is seen where a point of the scan lies this near, mm.
 const SEEN_MM: f64 = 6.0;
 /// Mesh and weights, as a share of E: what no residual shows.
@@ -39,17 +41,35 @@ const MISFIT_PER_MM: f64 = 0.25;
 /// Share of E by which a wall 1 mm off changes it.
 const WALL_PER_MM: f64 = 0.035;
 
+/// How a fit is corrected.
+#[derive(Clone, Copy)]
+pub(super) struct Manner {
+    /// The moduli that are solved, as shares of the one that is looked for.
+    sides: &'static [f64],
+    /// Tissues that leave more than this on the breast are given up, mm.
+    hoped_mm: f64,
+}
+
+impl Manner {
+    /// For the answer.
+    pub(super) const WHOLE: Self = Self { sides: &ASIDE, hoped_mm: f64::INFINITY };
+
+    /// For laws that are compared.
+    pub(super) fn compared(hoped_mm: f64) -> Self {
+        Self { sides: &MIDDLE, hoped_mm }
+    }
+}
+
 /// Corrects what the path found.
 pub(super) fn refined(
     question: &FitQuestion<'_>,
     [coarse, fine]: [&Carried; 2],
-    rest: RestState,
+    (rest, manner): (RestState, Manner),
     found: Found,
     progress: Progress<'_>,
 ) -> Result<FittedState, Error> {
     let Found { aligned, path, ended, other_pose } = found;
-    let level =
-        |body, carried, tissues| Level { question, sides: &ASIDE, body, carried, tissues, rest };
+    let level = |body, carried, tissues| Level { question, manner, body, carried, tissues, rest };
     let about = question.tissues.map(|tissues| tissues.start());
     let mut start = Settled { aligned, about, still: true };
     let (mut from, mut attempts) = (0.0, about.map_or(ATTEMPTS, |_| ATTEMPTS_BY_TISSUE));
@@ -107,8 +127,8 @@ pub(super) fn on_coarse(
     aligned: &Aligned,
     progress: Progress<'_>,
 ) -> Result<Aligned, Error> {
-    let (sides, body) = (&MIDDLE, question.coarse);
-    let level = Level { question, sides, body, carried, tissues: None, rest };
+    let (manner, body) = (Manner::compared(f64::INFINITY), question.coarse);
+    let level = Level { question, manner, body, carried, tissues: None, rest };
     let start = Settled { aligned: aligned.clone(), about: None, still: true };
     Ok(level.settle(start, ATTEMPTS, progress)?.0.aligned)
 }
@@ -125,8 +145,7 @@ struct Settled {
 /// A mesh on which is solved.
 struct Level<'a> {
     question: &'a FitQuestion<'a>,
-    /// The moduli that are solved, as shares of the one that is looked for.
-    sides: &'static [f64],
+    manner: Manner,
     body: &'a Body,
     carried: &'a Carried,
     tissues: Option<Tissues<'a>>,
@@ -143,7 +162,7 @@ impl<'a> Level<'a> {
         progress: Progress<'_>,
     ) -> Result<(Settled, Family<'a>), Error> {
         let (rest, Settled { mut aligned, mut about, .. }) = (self.rest, start);
-        let mut kept = Vec::new();
+        let (mut kept, mut least_mm) = (Vec::new(), f64::INFINITY);
         for attempt in 1..=attempts {
             let [from, to] = [attempt - 1, attempt].map(|n| n as f64 / attempts as f64);
             let kpa = aligned.values[0].exp();
@@ -157,12 +176,14 @@ impl<'a> Level<'a> {
             }
             let (kpa, off_mm) = (aligned.values[0].exp(), misfit_mm(&aligned, self.carried));
             progress.found(&format!("{}: {kpa:.3} kPa, scan {off_mm:.2} mm off", rest.name()));
-            let before = about;
-            about = about.map(|_| [aligned.values[2], aligned.values[3]]);
-            let still = about.zip(before).is_none_or(|(now, before)| settled(now, before));
-            if !aligned.at_end[0] && (still || attempt == attempts) {
-                return Ok((Settled { aligned, about, still }, family));
+            least_mm = off_mm.min(least_mm);
+            let found = about.map(|_| [aligned.values[2], aligned.values[3]]);
+            let still = found.zip(about).is_none_or(|(found, about)| settled(found, about));
+            let hopeless = attempt >= HOPED && least_mm > self.manner.hoped_mm;
+            if !aligned.at_end[0] && (still || hopeless || attempt == attempts) {
+                return Ok((Settled { aligned, about: found, still }, family));
             }
+            about = found;
         }
         Err(Error::AtEnd { rest, young_kpa: aligned.values[0].exp() })
     }
@@ -182,37 +203,54 @@ impl<'a> Level<'a> {
         } else if kept.is_empty() {
             *kept = self.sequences(self.body)?;
         }
-        let beside = Beside::new(progress.part(0.0, 0.5), kept.len());
-        // Side by side: one alone does not keep two processors busy.
+        let beside = Beside::new(progress, kept.len());
         let one = |(n, (sequence, side)): (usize, (&mut Sequence, &f64))| {
             let watch = beside.one(n);
             Solved::at(self.question, sequence, (kpa * side, true), Progress::new(&watch))
         };
-        let solved = kept.par_iter_mut().zip(self.sides).enumerate().map(one);
+        // Side by side: one alone does not keep two processors busy.
+        let (solved, further) = rayon::join(
+            || {
+                let solved = kept.par_iter_mut().zip(self.manner.sides).enumerate().map(one);
+                solved.collect::<Vec<_>>()
+            },
+            || tissues.map(|about| self.further(about, kpa)).transpose(),
+        );
         let mut family = Family::new(self.carried);
-        for solved in solved.collect::<Vec<_>>() {
+        for solved in solved {
             solved?.add_to(&mut family);
         }
-        family.widen(BEYOND / self.sides.len() as f64);
-        let softest = self.sides.iter().copied().fold(f64::INFINITY, f64::min);
-        for which in 0..2 {
-            let Some((about, tissues)) = tissues else { break };
-            progress.at(0.5 + which as f64 * 0.25)?;
-            let mut there = about;
-            there[which] += tissues::ASIDE;
-            let mut aside = self.sequence(&tissues.body(self.body, there))?;
-            let target = self.question.load.target;
-            let moved = aside.at(kpa * softest, target, false, Progress::none())?;
-            let prior = tissues.prior(which, about[which]);
-            let moved = moved.deformation.displacement();
-            family.add_further(prior, about[which], moved, tissues::ASIDE);
+        family.widen(BEYOND / self.manner.sides.len() as f64);
+        for (prior, about, moved) in further?.into_iter().flatten() {
+            family.add_further(prior, about, &moved, tissues::ASIDE);
         }
         Ok(family)
     }
 
+    /// What is taken for likely of gland and skin, where they were solved, and the displacement a
+    /// step of each from there, mm, at the softest modulus.
+    fn further(
+        &self,
+        (about, tissues): ([f64; 2], Tissues<'_>),
+        kpa: f64,
+    ) -> Result<Vec<(Prior, f64, Displacement)>, Error> {
+        let softest = self.manner.sides.iter().copied().fold(f64::INFINITY, f64::min);
+        let target = self.question.load.target;
+        let one = |which: usize| {
+            let mut there = about;
+            there[which] += tissues::ASIDE;
+            let mut aside = self.sequence(&tissues.body(self.body, there))?;
+            let moved = aside.at(kpa * softest, target, false, Progress::none())?;
+            let moved = moved.deformation.displacement().clone();
+            Ok((tissues.prior(which, about[which]), about[which], moved))
+        };
+        let both: Vec<_> = (0..about.len()).into_par_iter().map(one).collect();
+        both.into_iter().collect()
+    }
+
     /// One for each side.
     fn sequences(&self, body: &Body) -> Result<Vec<Sequence>, Error> {
-        self.sides.iter().map(|_| self.sequence(body)).collect()
+        self.manner.sides.iter().map(|_| self.sequence(body)).collect()
     }
 
     fn sequence(&self, body: &Body) -> Result<Sequence, Error> {

@@ -21,8 +21,8 @@ const SOFTEST_KPA: f64 = 0.12;
 const RIGID_KPA: f64 = 25.0;
 /// Distance of the points of the scan along the path, mm.
 const PATH_MM: f64 = 6.0;
-/// Of those for the joint fit.
-const JOINT_MM: f64 = 3.0;
+/// Of those for the joint fit, and where laws are compared.
+pub(super) const JOINT_MM: f64 = 3.0;
 /// Moduli that are tried before the stiffest of them is said to fit best.
 const FIRST: usize = 5;
 /// The turn of gravity that is solved, degrees.
