@@ -107,6 +107,7 @@ mod unilateral;
 mod wall;
 mod wall_effect;
 mod wall_shape;
+mod wall_turn;
 mod warm_start;
 
 pub use applicator::{Applicator, Reaction};

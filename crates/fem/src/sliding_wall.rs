@@ -19,6 +19,7 @@ use crate::boundary::{Face, faces_on};
 use crate::foundation::Foundation;
 use crate::pattern::{Block, Pattern, block};
 use crate::wall_shape::WallShape;
+use crate::wall_turn::Normals;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, PointTree, TET_EDGES, TetMesh};
@@ -175,6 +176,11 @@ impl<const N: usize> SlidingWall<N> {
             let change = slope * at_rest.transpose() * -tie.stiffness;
             pattern.add_at(tie.node as u32, &block(&change), blocks);
         }
+    }
+
+    /// The nodes that slide, and the wall's normals where they are.
+    pub(crate) fn normals(&self, u: &[Vector]) -> Normals {
+        self.ties.iter().map(|tie| (tie.node as u32, tie.lifted(u).1)).collect()
     }
 
     /// Where it is, and how far the tissue slid.

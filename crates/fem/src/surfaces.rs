@@ -4,6 +4,7 @@ use crate::foundation::Foundation;
 use crate::pattern::{Block, Pattern};
 use crate::skin::Skin;
 use crate::sliding_wall::SlidingWall;
+use crate::wall_turn::Normals;
 use std::sync::Arc;
 use supine_space::Vector;
 
@@ -120,6 +121,11 @@ impl<const N: usize> Surfaces<N> {
         if let Some(skin) = &self.skin {
             skin.add_slope(nodes, u, v, forces);
         }
+    }
+
+    /// The nodes that slide, and the wall's normals where they are.
+    pub(crate) fn wall_normals(&self, u: &[Vector]) -> Normals {
+        self.wall.as_ref().map_or_else(Vec::new, |wall| wall.normals(u))
     }
 
     /// Brings nodes that slide, which went a straight way from `u` to `moved`, back onto the wall.

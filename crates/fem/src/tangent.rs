@@ -6,6 +6,7 @@ use crate::krylov::conjugate_gradients;
 use crate::linear::Factor;
 use crate::model::Model;
 use crate::pattern::{Block, Pattern};
+use crate::wall_turn::{Normals, WallTurn};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 use supine_space::Vector;
@@ -46,6 +47,8 @@ pub(crate) struct Tangent {
     preconditioner: Preconditioner,
     /// There is a factor.
     factorised: bool,
+    /// The normals of a wall on which nodes slide where it was made.
+    normals: Normals,
     /// The last one made by [`Tangent::renew`] is of the shifted stiffness.
     shifted: bool,
 }
@@ -70,6 +73,7 @@ impl Tangent {
             blocks,
             preconditioner,
             factorised: false,
+            normals: Normals::new(),
             shifted: false,
         })
     }
@@ -113,17 +117,19 @@ impl Tangent {
         if model.stiffness(u, predicted, &self.pattern, &mut self.blocks).is_none() {
             return Ok(None);
         }
-        if self.factorised
-            && let Some(found) = self.iterate(right, goal, self.patience())
-        {
-            return Ok(Some(found));
+        if self.factorised {
+            let turn = WallTurn::new(&self.pattern, &self.normals, &model.surfaces.wall_normals(u));
+            if let Some(found) = self.iterate(right, goal, self.patience(), &turn) {
+                return Ok(Some(found));
+            }
         }
         loop {
             let exact = match self.factorise_some(model, u)? {
                 None => return Ok(None),
                 Some(Stiffness::Shifted) => false,
                 Some(Stiffness::Exact) => {
-                    if let Some(found) = self.iterate(right, goal, FRESH_STEPS) {
+                    let fresh = WallTurn::default();
+                    if let Some(found) = self.iterate(right, goal, FRESH_STEPS, &fresh) {
                         return Ok(Some(found));
                     }
                     if self.use_double()? {
@@ -153,6 +159,7 @@ impl Tangent {
         if model.stiffness(u, None, &self.pattern, &mut self.blocks).is_none() {
             return Ok(false);
         }
+        self.normals = model.surfaces.wall_normals(u);
         Ok(self.factorise() || (self.use_double()? && self.factorise()))
     }
 
@@ -200,6 +207,7 @@ impl Tangent {
         model: &Model<N, Q>,
         u: &[Vector],
     ) -> Result<Option<Stiffness>, OutOfMemory> {
+        self.normals = model.surfaces.wall_normals(u);
         loop {
             if self.factorise() {
                 return Ok(Some(Stiffness::Exact));
@@ -252,15 +260,21 @@ impl Tangent {
         right: [&[f64]; K],
         goal: f64,
         max_steps: usize,
+        turn: &WallTurn,
     ) -> Option<[LinearSolution; K]> {
         let solutions = right.map(|right| {
             let (pattern, blocks) = (&*self.pattern, &self.blocks);
             let preconditioner = &mut self.preconditioner;
             let x = conjugate_gradients(
                 |x, product| pattern.multiply(blocks, x, product),
-                |x| match preconditioner {
-                    Preconditioner::Single(factor) => factor.solve(pattern, x),
-                    Preconditioner::Double(factor) => factor.solve(pattern, x),
+                |x| {
+                    turn.undo(x);
+                    let solved = match preconditioner {
+                        Preconditioner::Single(factor) => factor.solve(pattern, x),
+                        Preconditioner::Double(factor) => factor.solve(pattern, x),
+                    };
+                    turn.apply(x);
+                    solved
                 },
                 right,
                 goal,
