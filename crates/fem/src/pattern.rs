@@ -79,6 +79,14 @@ pub(crate) fn pairs(nodes: usize, storage: Storage) -> impl Iterator<Item = (usi
     (0..nodes).flat_map(move |a| (0..last(a)).map(move |b| (a, b)))
 }
 
+/// The number of a pair among [`pairs`]; `None` where its block is not stored.
+pub(crate) fn pair_number(nodes: usize, storage: Storage, (a, b): (usize, usize)) -> Option<usize> {
+    match storage {
+        Storage::Full => Some(a * nodes + b),
+        Storage::Lower => (b <= a).then_some(a * (a + 1) / 2 + b),
+    }
+}
+
 impl Pattern {
     /// The pattern of `elements` over the nodes that are not `fixed`.
     pub(crate) fn new<const N: usize>(
@@ -319,4 +327,18 @@ impl Pattern {
 /// A matrix as a block.
 pub(crate) fn block(m: &Matrix) -> Block {
     std::array::from_fn(|n| m[(n / 3, n % 3)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_have_their_numbers() {
+        for storage in [Storage::Full, Storage::Lower] {
+            let of = |pair| pair_number(10, storage, pair);
+            assert!(pairs(10, storage).enumerate().all(|(n, pair)| of(pair) == Some(n)));
+        }
+        assert_eq!(pair_number(10, Storage::Lower, (2, 3)), None);
+    }
 }

@@ -14,7 +14,7 @@ use crate::Membrane;
 use crate::boundary::{Face, faces_on, nodes_on, renumbered};
 use crate::element::parent_slopes;
 use crate::foundation::TRIANGLE_RULE;
-use crate::pattern::{Block, Pattern, Storage, block};
+use crate::pattern::{Block, Pattern, block, pair_number};
 use crate::tension_field::TensionField;
 use nalgebra::{Matrix2, Matrix3x2, Vector2};
 use std::sync::Arc;
@@ -272,13 +272,9 @@ impl<const N: usize> Skin<N> {
             let to = pattern.places::<N>(face.element);
             for (a, &row) in own.iter().enumerate() {
                 for (b, &column) in own.iter().enumerate() {
-                    // As `pairs` has them: own nodes are in rising order.
-                    let pair = match pattern.storage {
-                        Storage::Full => row * N + column,
-                        Storage::Lower if b <= a => row * (row + 1) / 2 + column,
-                        Storage::Lower => break,
-                    };
-                    to[pair].add(&block(&summed(places, (a, b), &change)), blocks);
+                    if let Some(pair) = pair_number(N, pattern.storage, (row, column)) {
+                        to[pair].add(&block(&summed(places, (a, b), &change)), blocks);
+                    }
                 }
             }
         });
