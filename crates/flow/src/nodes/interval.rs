@@ -53,7 +53,7 @@ pub(crate) struct Known {
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 11;
+    const METHOD: u32 = 12;
     const KEPT: bool = true;
     type NodeInputs = NodeInputs;
     type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve, Evaluation);

@@ -65,7 +65,7 @@ impl Solved {
 
 impl Node for Solve {
     const ID: NodeId = NodeId::Solve;
-    const METHOD: u32 = 5;
+    const METHOD: u32 = 6;
     const KEPT: bool = true;
     type NodeInputs = Law;
     type Parents = (Mesh, Moduli, Fit);
